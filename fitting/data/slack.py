@@ -142,8 +142,9 @@ def reading_at_zero(x: np.ndarray, y: np.ndarray) -> float:
         return float(np.median(y[: max(x[first].size, 1)]))
     scaled, readings = x[first] / scale, y[first]
     misses = np.abs(readings - np.polyval(np.polyfit(scaled, readings, 2), scaled))
-    others = misses < misses.max()
-    if others.sum() >= 5 and misses.max() > OUTLIERS * float(np.sqrt(np.mean(misses[others] ** 2))):
+    others = misses < misses.max()  # one spike among the first rows is no rest
+    enough = others.sum() >= 5 and np.unique(scaled[others]).size > 2  # a parabola has three constants
+    if enough and misses.max() > OUTLIERS * float(np.sqrt(np.mean(misses[others] ** 2))):
         scaled, readings = scaled[others], readings[others]
     return float(np.polyval(np.polyfit(scaled, readings, 2), 0.0))
 

@@ -7,6 +7,7 @@ import numpy as np
 
 from .columns_aside import ROUNDING
 from .grid import Grid
+from .ran_on import without_rows_of_zeros
 from .separators import LEAST_ROWS
 from .split_by_name import Part, by_column, by_lines, too_short
 from .words import meaning
@@ -17,11 +18,12 @@ _DRIVERS = ("strain", "true_strain", "stretch", "elongation", "pressure")
 
 
 def split(grid: Grid) -> list[Part]:
-    """Tests of a table; one without a title where it holds only one."""
+    """Tests of a table without rows of zeros at their ends; one without a title where it holds only one."""
+    grid = without_rows_of_zeros(grid)
     for tests_in in (by_column, by_lines, _by_groups, _by_restart):
         parts = tests_in(grid)
         if parts:
-            return parts
+            return [part._replace(grid=without_rows_of_zeros(part.grid)) for part in parts]
     _warn_of_restart(grid)
     return [Part("", grid, True)]
 
