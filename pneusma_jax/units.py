@@ -98,6 +98,7 @@ def _table() -> dict[str, Unit]:
             "gf/cm2": 10.0 * _GRAVITY, "gf/mm2": 1e3 * _GRAVITY,
             "kgf/cm2": 1e4 * _GRAVITY, "kgf/mm2": 1e6 * _GRAVITY, "torr": 101325.0 / 760.0,
             "inHg": 3386.388640341, "mmH2O": _GRAVITY, "cmH2O": 10.0 * _GRAVITY, "inH2O": 25.4 * _GRAVITY,
+            "mH2O": 1e3 * _GRAVITY,
         },
         "stiffness": {"N/m": 1.0, "N/mm": 1e3, "mN/mm": 1.0, "lbf/in": _POUND / _INCH},
         "moment": {"N m": 1.0, "N mm": 1e-3},

@@ -96,6 +96,12 @@ def test_blanks_are_missing_and_an_empty_column_is_passed_over(put, blank):
         ("Kpa", "kPa", 1e3), ("MPA", "MPa", 1e6), ("N/mm²", "N/mm2", 1e6), ("N/mm^2", "N/mm2", 1e6), ("Torr", "torr", 133.32236842),
         ("lbf/in2", "psi", 6894.757293168361), ("kN/m2", "kN/m2", 1e3), ("kp/cm2", "kgf/cm2", 98066.5), ("psia", "psi", 6894.757293168361),
         ("bar(g)", "bar", 1e5), ("cmH2O", "cmH2O", 98.0665), ("mm Hg", "mmHg", 133.322387415),
+        ("mWC", "mH2O", 9806.65), ("mH2O", "mH2O", 9806.65), ("m H2O", "mH2O", 9806.65), ("mWS", "mH2O", 9806.65), ("mca", "mH2O", 9806.65),
+        ("mmH2O", "mmH2O", 9.80665), ("mm WC", "mmH2O", 9.80665), ("mmWS", "mmH2O", 9.80665), ("cm WC", "cmH2O", 98.0665),
+        ("cmH2O(g)", "cmH2O", 98.0665), ("mmHg abs", "mmHg", 133.322387415), ("in. H2O", "inH2O", 249.08891), ('"WC', "inH2O", 249.08891),
+        ("inHg", "inHg", 3386.388640341), ("in. Hg", "inHg", 3386.388640341), ('"Hg', "inHg", 3386.388640341), ("torr", "torr", 133.32236842),
+        ("atm", "atm", 101325.0), ("kgf/cm2", "kgf/cm2", 98066.5), ("N/cm2", "N/cm2", 1e4), ("N/cm²", "N/cm2", 1e4), ("hPa", "hPa", 100.0),
+        ("N mm-2", "N/mm2", 1e6), ("N·mm⁻²", "N/mm2", 1e6), ("MN m^-2", "MN/m2", 1e6), ("mm s-1", "mm/s", 1e-3), ("N m-1", "N/m", 1.0),
         ("Newtons", "N", 1.0), ("LBF", "lbf", 4.4482216152605), ("gf", "gf", 9.80665e-3), ("ozf", "ozf", 0.27801385), ("oz", "ozf", 0.27801385),
         ("daN", "daN", 10.0), ("kp", "kgf", 9.80665), ("inches", "in", 0.0254), ("mil", "mil", 2.54e-5), ("µm", "um", 1e-6), ("msec", "ms", 1e-3),
         ("microstrain", "microstrain", 1e-6), ("µε", "microstrain", 1e-6), ("‰", "permille", 1e-3), ("℃", "degC", 1.0), ("deg. C", "degC", 1.0),
@@ -104,6 +110,17 @@ def test_blanks_are_missing_and_an_empty_column_is_passed_over(put, blank):
 def test_units_as_instruments_write_them(written, unit, si):
     assert unit_name(written) == unit
     assert to_si(1.0, unit) == pytest.approx(si, rel=1e-6)
+
+
+@pytest.mark.parametrize("written", ["MH2O", "ata", "cmHg", "ftH2O", "dbar", "mWs", "Sample m-2", "T-1"])
+def test_a_unit_that_is_not_known_is_no_other_one(written):
+    assert unit_name(written) == written
+
+
+def test_a_pressure_of_water_that_counts_from_vacuum_is_read(read):
+    rows = "".join(f"{k},{1033.2274528 + 10.0 * k:.6f},{56 + 0.1 * k:.2f}\n" for k in range(9))
+    recording = read(f"Time (s),Pressure (cmH2O abs),Length (mm)\n{rows}")
+    np.testing.assert_allclose(recording.columns["pressure_kPa"], 0.980665 * np.arange(9), atol=1e-4)
 
 
 @pytest.mark.parametrize(

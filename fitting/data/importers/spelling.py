@@ -46,7 +46,12 @@ _SPELLINGS = {
     "g/cm^2": "gf/cm2",
     "in h2o": "inH2O", "inwc": "inH2O", "in wc": "inH2O", "inches of water": "inH2O", "iwc": "inH2O",
     "mm h2o": "mmH2O",
-    "mmwc": "mmH2O", "mmws": "mmH2O", "cm h2o": "cmH2O", "cmwc": "cmH2O", "mm hg": "mmHg", "in hg": "inHg",
+    "in.h2o": "inH2O", "in. h2o": "inH2O", "inwg": "inH2O", "in wg": "inH2O", "in.wc": "inH2O",
+    "in. wc": "inH2O", '"h2o': "inH2O", '"wc': "inH2O", '"wg': "inH2O",
+    "m h2o": "mH2O", "mwc": "mH2O", "m wc": "mH2O", "mwg": "mH2O", "mca": "mH2O", "mce": "mH2O",
+    "mmwc": "mmH2O", "mmws": "mmH2O", "mm wc": "mmH2O", "mmwg": "mmH2O", "mm wg": "mmH2O", "mmce": "mmH2O",
+    "cm h2o": "cmH2O", "cmwc": "cmH2O", "cm wc": "cmH2O", "cmws": "cmH2O", "cmwg": "cmH2O", "cm wg": "cmH2O",
+    "mm hg": "mmHg", "in hg": "inHg", "in.hg": "inHg", "in. hg": "inHg", '"hg': "inHg",
     "kilopascal": "kPa",
     "ω": "ohm", "Ω": "ohm", "ohms": "ohm", "mω": "mohm", "milliohm": "mohm", "milliohms": "mohm",
     "kω": "kohm", "°": "deg",
@@ -69,16 +74,21 @@ _LAST_LETTER = re.compile(r"(?<=[^\W\d])[\s_]+([^\W\d_])$")  # `Temperature_F`, 
 # A letter that is one where the unit behind it is of another dimension: `Strain (A) (%)`, not `Temp (C) (K)`.
 _LETTER_LAST = re.compile(r"[(\[{]\s*[a-hA-H]\s*[)\]}]$")
 # Symbols with which m is milli and M is mega. A unit that differs in its prefix alone is another one.
-_PREFIXED = re.compile(r"[mM](?=(?:Pa|N|V|A|W|g|s|m|rad|bar|ohm)(?![A-Za-oq-z0-9]))")
-_EXACT = {"Nm": "N m", "Nmm": "N mm", "oF": "degF"}  # spellings in which capitals tell units apart
+_PREFIXED = re.compile(r"[mM](?=(?:Pa|N|V|A|W|g|s|m|rad|bar|ohm|H2O)(?![A-Za-oq-z0-9]))")
+# Spellings in which capitals tell units apart.
+_EXACT = {"Nm": "N m", "Nmm": "N mm", "oF": "degF", "mWS": "mH2O"}
 # A pressure's zero, written with its unit: `psia`, `bar(g)`, `kPa abs`.
 _REFERENCE = re.compile(
-    r"^(?P<unit>k?pa|mpa|hpa|m?bar|psi|torr|kgf/cm2|atm)\s*[-_."
+    r"^(?P<unit>k?pa|mpa|hpa|m?bar|psi|torr|kgf/cm2|atm|(?:mm|in)hg|(?:m|cm|mm|in)h2o)\s*[-_."
     r" ]?\(?(?P<zero>a|abs|abs\.|absolute|absolut|g|ga|gauge|gage|rel|rel\.|relative?|ü)\)?$",
     re.IGNORECASE,
 )
 # The same in brackets of its own, and a bracket behind it: `Pressure (bar(g))`, `Pressure [kPa (abs)]`.
 _NESTED = re.compile(r"[(\[]\s*([^()\[\]]+\([^()\[\]]+\))\s*[)\]]\s*$")
+# A quotient as a product with a negative power: `N mm-2`, `kN·m^-2`.
+_POWER = re.compile(
+    r"(?P<over>[^\W\d_]+)\s*[\s·⋅.*]\s*(?P<under>[^\W\d_]+)(?:\^|\*\*)?[-\u2212\u2013](?P<power>[12])$"
+)
 # A unit with a mark of division behind a space. `Weg 1/mm` is the first displacement in mm, and no curvature.
 _DIVIDED = re.compile(
     r"^(?P<name>.+[^\s,;:/])\s+(?P<unit>[^\W\d]\w*/\S+|(?<=curvature )1/\S+|(?<=krümmung )1/\S+)$",
@@ -139,7 +149,11 @@ def unit_name(text: str) -> str:
         if len(known) == 1:
             return next(iter(known))
     with_zero = _REFERENCE.match(exact)
-    return unit_name(with_zero["unit"]) if with_zero else text
+    if with_zero:
+        return unit_name(with_zero["unit"])
+    divided = _POWER.match(exact)
+    quotient = f"{divided['over']}/{divided['under']}{divided['power'].strip('1')}" if divided else text
+    return unit_name(quotient) if divided and is_unit(quotient) else text
 
 
 def _has_other_prefix(text: str) -> bool:
