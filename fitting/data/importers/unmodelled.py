@@ -4,6 +4,7 @@ import re
 from dataclasses import dataclass
 
 from .making import Channel
+from .other_headings import length_of
 from .parts import Sample
 
 KINDS_IN_WORDS = (
@@ -75,6 +76,10 @@ def unmodelled(sample: Sample, channels: dict[str, Channel]) -> UnmodelledTest |
     if "pressure" in channels and channels.keys() & {"force", "elongation", "strain"}:
         other = " and ".join(sorted(channels.keys() & {"force", "elongation", "strain"}))
         sentence = _sentence(f"pressure with {other} is that of a muscle, piston or membrane")
+        if "elongation" in channels:
+            sentence += f"; {length_of(channels['elongation'].label)}"
+        elif "strain" in channels:
+            sentence += "; of a tube write its length in mm into the file: that at rest, times 1 + strain"
         return UnmodelledTest(sentence, False)
     return None
 
