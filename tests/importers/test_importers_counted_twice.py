@@ -68,3 +68,27 @@ def test_an_angle_that_is_counted_within_one_turn_is_asked_about(put, angles, as
     text = f"Time (s),Pressure (kPa),Bend angle (deg),R2 (ohm)\n{rows}"
     recording = import_file(put("a.csv", text), make_options(kind="actuator"))
     assert sum("is it counted within one turn" in note for note in checks(recording)) == asks
+
+
+RISE = np.linspace(0.0, 1.0, 33)
+STEPS = np.repeat([0.0, 0.25, 0.5, 0.75, 1.0], 6)
+SLOW = np.linspace(0.0, 1.0, 40)
+
+
+@pytest.mark.parametrize(
+    ("pressure", "angles", "asks"),
+    [
+        (np.append(RISE, [0.0] * 7), np.append(320.0 * RISE, [0.0] * 7), 0),
+        (np.append(RISE, [0.0] * 7), np.append(340.0 * RISE, [0.0] * 7), 0),
+        (0.0 * SLOW, np.append(320.0 * RISE, [0.0] * 7), 0),
+        (np.append(STEPS, [0.0] * 10), np.append(320.0 * STEPS, [0.0] * 10), 0),
+        (SLOW, (400.0 * SLOW) % 360.0, 1),
+        (1.0 + 0.01 * np.random.default_rng(1).normal(size=40), (300.0 + 90.0 * SLOW) % 360.0, 1),
+    ],
+)
+def test_an_actuator_that_falls_back_to_rest_is_not_asked_about_a_turn(put, pressure, angles, asks):
+    """One that was vented at 320 degrees was taken for one that went on to 360."""
+    rows = "".join(f"{t},{20 * p:.4f},{x:.3f},3.6\n" for t, p, x in zip(T, pressure, angles, strict=True))
+    text = f"Time (s),Pressure (kPa),Bend angle (deg),R2 (ohm)\n{rows}"
+    recording = import_file(put("a.csv", text), make_options(kind="actuator"))
+    assert sum("is it counted within one turn" in note for note in checks(recording)) == asks

@@ -58,6 +58,31 @@ def test_a_tubes_pressure_in_its_unit_is_not_asked_about(table, unit, factor):
     assert not questions(tube(table, unit, factor), kind="tube", dimensions=TUBE)
 
 
+def balloon(table, factor):
+    """A tube of 0.26 MPa that grows to four times its length while its bore widens, too."""
+    stretch = 1.0 + 1.5 * RAMP * 2.0
+    pressure = 85.0 * (stretch - stretch**-2) * (10.0**2 - 8.0**2) / 8.0**2 / stretch
+    return table(**{"Time [s]": T, "Pressure [kPa]": factor * pressure, "Length [mm]": 56.0 * stretch})
+
+
+def test_a_tube_that_balloons_is_not_asked_about(table):
+    """Where it is longest its stress over its strain is a ninth of its modulus, which would fit as psi."""
+    assert not questions(balloon(table, 1.0), kind="tube", dimensions=TUBE)
+    (asked,) = questions(balloon(table, 1.0 / 6.894757), kind="tube", dimensions=TUBE)
+    assert "psi under a heading of kPa" in asked
+
+
+def test_a_tube_of_an_unknown_silicone_may_be_as_hard_as_a_coupon(tmp_path):
+    """A tube of 4 MPa was asked about, and a coupon was not."""
+    stretch = 1.0 + 0.1 * RAMP
+    pressure = 4000.0 / 3.0 * (stretch - stretch**-2) * (10.0**2 - 8.0**2) / 8.0**2
+    rows = [f"{t:g},{p:.6f},{56 * x:.6f}" for t, p, x in zip(T, pressure, stretch, strict=True)]
+    (tmp_path / "a.csv").write_text("\n".join(["time_s,pressure_kPa,length_mm", *rows]) + "\n")
+    sizes = 'length_mm = 56\nouter_diameter_mm = 10\nwall_thickness_mm = 1\nmaterial = "fit"\n'
+    (tmp_path / "a.toml").write_text(f'kind = "tube"\n[geometry]\n{sizes}')
+    assert not [text for text in read_recording(tmp_path / "a.csv").notices if "--unit" in text]
+
+
 def test_a_unit_that_the_user_states_is_not_asked_about(table):
     path = tube(table, "bar", 1.0 / 6.894757)
     assert not questions(path, kind="tube", dimensions=TUBE, units=["pressure=bar"])
@@ -71,6 +96,32 @@ def test_an_actuators_pressure_that_silicone_does_not_bear_is_asked_about(table)
     path = actuator(table, {"Pressure [bar]": 45.0 * RAMP / 6.894757}, {"Bend angle [deg]": 60.0 * RAMP})
     (asked,) = questions(path, kind="actuator", dimensions=TUBE)
     assert "psi under a heading of bar" in asked and "more than silicone bears" in asked
+
+
+@pytest.mark.parametrize(("unit", "factor"), [("kPa", 0.01), ("bar", 1e-3 / 6.894757)])
+def test_an_actuators_pressure_that_does_hardly_anything_is_asked_about(table, unit, factor):
+    """Bar under [kPa] passed as 0.45 kPa."""
+    path = actuator(table, {f"Pressure [{unit}]": factor * 45.0 * RAMP}, {"Bend angle [deg]": 60.0 * RAMP})
+    (asked,) = questions(path, kind="actuator", dimensions=TUBE)
+    assert "so that it hardly does anything" in asked and f"under a heading of {unit}" in asked
+    if unit == "kPa":
+        assert "bar under a heading of kPa" in asked
+
+
+@pytest.mark.parametrize(
+    "pressure",
+    [
+        0.45 + 0.0 * RAMP,
+        0.3 + 0.1 * RAMP,
+        0.4 * T / T[-1] + 0.03 * np.random.default_rng(1).normal(size=T.size),
+        np.round(0.4 * T / T[-1], 1),
+        3.0 * RAMP,
+    ],
+)
+def test_the_zero_of_a_vented_actuators_sensor_is_not_asked_about(table, pressure):
+    """An actuator that is only heated is held, drifts slowly, or steps by the resolution of its sensor."""
+    path = actuator(table, {"Pressure [kPa]": pressure}, {"Bend angle [deg]": 60.0 * RAMP})
+    assert not questions(path, kind="actuator", dimensions=TUBE)
 
 
 @pytest.mark.parametrize(
@@ -128,6 +179,23 @@ def test_a_clock_that_counts_milliseconds_under_seconds_is_asked_about(table):
 def test_a_slow_clock_that_does_not_look_like_milliseconds_is_not_asked_about(table, time):
     """Two hours with a row every minute, and fractions of seconds, are no milliseconds."""
     assert not questions(coupon(table, 100.0, time=time), kind="elastomer")
+
+
+@pytest.mark.parametrize(("step", "asks"), [(5.0, 0), (10.0, 0), (57.6, 0), (60.0, 0), (240.0, 0), (50.0, 1), (102.0, 1)])
+def test_a_cycle_of_eight_hours_is_not_asked_about_unless_its_step_is_one_of_milliseconds(table, step, asks):
+    """Loggers of seconds take a row every 10, 60 or 240 s, and few every 50 or 102 s."""
+    time = np.round(np.arange(0.0, 8 * 3600.0 + 1.0, step))
+    strain = 80.0 * (1.0 - np.abs(np.linspace(-1.0, 1.0, time.size)))
+    path = table(**{"Time [s]": time, "Strain [%]": strain, "Stress [kPa]": strain})
+    assert len(questions(path, kind="elastomer")) == asks
+
+
+@pytest.mark.parametrize(("step", "asks"), [(10.0, 1), (57.6, 1), (60.0, 0)])
+def test_a_slow_cycle_of_more_than_a_day_is_asked_about_unless_it_counts_minutes(table, step, asks):
+    time = np.round(np.arange(0.0, 30 * 3600.0 + 1.0, step))
+    strain = 80.0 * (1.0 - np.abs(np.linspace(-1.0, 1.0, time.size)))
+    path = table(**{"Time [s]": time, "Strain [%]": strain, "Stress [kPa]": strain})
+    assert len(questions(path, kind="elastomer")) == asks
 
 
 def test_a_test_of_creep_over_days_is_not_asked_about(table):

@@ -32,6 +32,12 @@ TURN_DEG = 360.0
 """One turn, by which an angle leaps that is counted from 0 to 360 degrees or from -180 to 180 [deg]."""
 WRAPPED_DEG = 60.0
 """Maximum distance of such a leap from one turn [deg]."""
+GOES_ON = 3.0
+"""Maximum step that is left of such a leap without the turn, over the largest step near it [1]."""
+NEARBY = 3
+"""Number of steps before and after a leap that are near it."""
+FALLS = 0.2
+"""Maximum change of a drive at such a leap, over its range [1]. A vented actuator falls back to rest."""
 HOUR_STEPS = 2.0
 """Maximum distance of a leap from an hour, in median steps of the clock."""
 
@@ -40,6 +46,8 @@ _MINUS = re.compile(r"\s*[-\u2212\u2013]\s?[^\W\d_]")
 _GRAD = re.compile(r"[(\[/,]\s*grad\s*[)\]]?\s*$", re.IGNORECASE)
 _GERMAN = re.compile(r"winkel|biegung", re.IGNORECASE)
 
+_DRIVES = ("pressure", "current", "resistance")
+"""Beginnings of the columns of an actuator that follow what is done to it."""
 # Driving and responding columns of a test, by kind.
 _PAIRS = {
     "elastomer": (("strain", "stress_kPa"),),
@@ -96,7 +104,7 @@ def question_readings(
     if is_clock and "time_s" in columns:
         _question_hour(columns["time_s"], rows, making)
     if "bend_angle_deg" in columns:
-        _question_turn(columns["bend_angle_deg"], rows, making)
+        _question_turn(columns, rows, making)
 
 
 def question_twice(columns: dict[str, np.ndarray], making: Making) -> None:
@@ -184,17 +192,39 @@ def _question_sign(course: _Course, making: Making) -> None:
         )
 
 
-def _question_turn(angle: np.ndarray, rows: np.ndarray, making: Making) -> None:
-    """Ask about an angle that leaps by a turn, because it is counted within one turn only."""
+def _question_turn(columns: dict[str, np.ndarray], rows: np.ndarray, making: Making) -> None:
+    """Ask about an angle that leaps by a turn, because it is counted within one turn only.
+
+    Without the turn it goes on as near the leap, and no drive leaps there.
+    """
+    angle = columns["bend_angle_deg"]
     known = np.flatnonzero(np.isfinite(angle))
     steps = np.diff(angle[known])
-    leaps = np.flatnonzero(np.abs(np.abs(steps) - TURN_DEG) <= WRAPPED_DEG)
-    if leaps.size:
-        at = known[leaps[0]], known[leaps[0] + 1]
+    drives = [values[known] for name, values in columns.items() if name.startswith(_DRIVES)]
+    drives = [values for values in drives if np.isfinite(values).any()]
+    for leap in np.flatnonzero(np.abs(np.abs(steps) - TURN_DEG) <= WRAPPED_DEG):
+        left = abs(abs(steps[leap]) - TURN_DEG)
+        if left > GOES_ON * _largest_near(steps, leap) or any(_leaps(values, leap) for values in drives):
+            continue
+        before, after = angle[known[leap : leap + 2]]
         making.warn(
-            f"bend_angle_deg leaps from {angle[at[0]]:.4g} to {angle[at[1]]:.4g} at row {rows[at[1]]}: is it"
+            f"bend_angle_deg leaps from {before:.4g} to {after:.4g} at row {rows[known[leap + 1]]}: is it"
             " counted within one turn? Then add or take off 360 degrees in the file, so that it goes on"
         )
+        return
+
+
+def _largest_near(steps: np.ndarray, leap: int) -> float:
+    """Largest size of the steps around one of them; 0 without any."""
+    others = [*steps[max(0, leap - NEARBY) : leap], *steps[leap + 1 : leap + 1 + NEARBY]]
+    return float(np.max(np.nan_to_num(np.abs(others)), initial=0.0))
+
+
+def _leaps(values: np.ndarray, leap: int) -> bool:
+    """True for a drive that changes far more from one row to the next than near it, and is not only noise."""
+    steps = np.diff(values)
+    least = max(FALLS * float(np.nanmax(values) - np.nanmin(values)), GOES_ON * _largest_near(steps, leap))
+    return bool(abs(steps[leap]) > least)
 
 
 def _question_hour(time: np.ndarray, rows: np.ndarray, making: Making) -> None:

@@ -20,25 +20,34 @@ STIFFEST_WIRE_MPA = 1.5e5
 """Maximum modulus of a wire [MPa]. Nitinol has 20 to 90 GPa; the stiffest reading of it is some 100 GPa."""
 WIRE_STRAINS = (0.003, 0.15)
 """Largest strains of a wire that are usual [1]."""
-RUBBER_KPA = (10.0, 5e3)
-"""Moduli of elastomers [kPa]. Gels have 10 kPa, hard silicones 5 MPa."""
+SILICONE_KPA = (10.0, 5e3)
+"""Young's moduli of silicones, as coupons or tubes [kPa]. Gels have 10 kPa, hard ones of Shore A 70 5 MPa."""
+SILICONES = "silicones have 0.05 to 5 MPa"
 RUBBER_STRAINS = (0.05, 19.0)
 """Largest strains of a coupon that are usual [1]. Every measured coupon here was strained by 0.5 or more."""
 PERCENT = 100.0
-TUBE_MODULI = (10.0, 3e3)
-"""Moduli of a silicone tube whose material is not known [kPa]. Gels have 10 kPa, hard silicones 3 MPa."""
 TUBE_APART = 4.0
-"""Maximum ratio of a tube's modulus to that of its material, and of that to it [1]. Measured tubes lie within
-0.5 to 1.1, for a modulus falls over large strains."""
+"""Maximum ratio of a tube's modulus to that of its material, and of that to it [1]. Recorded tubes lie within
+0.7 to 1.1."""
 TUBE_FITS = 2.0
 """Maximum ratio of the same in a unit that fits [1]."""
 LEAST_STRETCHED = 0.02
 """Minimum change of a tube's length that tells its modulus [1]."""
+PRESSED = 0.5
+"""Minimum pressure of rows that tell a tube's modulus, over the largest [1]. A balloon goes on to grow while
+its pressure falls, so that one row does not tell."""
 FARTHEST_TUBE = 2.0
 """Maximum pull of the pressure on an actuator's wall over the modulus of its material [1]. At more, the tube
 would stretch to three times its length without its springs. Actuators here have 0.1 to 0.4."""
 TUBE_PULLS = (0.02, 1.0)
-"""The same in a unit that fits [1]."""
+"""The same in a unit that fits [1]. A pressure below stretches the tube by less than 2 %."""
+LEAST_KPA = 0.2
+"""Minimum of a largest pressure that is usual [kPa]. Smaller ones are asked about by their size alone."""
+SWEPT = 0.5
+"""Minimum range of a pressure that is driven, over its largest [1]. A vented sensor reads its zero."""
+STEADY = 0.02
+"""Maximum noise and resolution of a driven pressure, over its largest [1]. Sensors here have 0.002 of 20 kPa.
+A zero that drifts by 0.5 kPa comes with noise of 0.03 kPa."""
 MOST_UNITS = 2
 """Maximum number of units that a question names."""
 STATED_PRESSURES = ("bar", "kPa", "MPa", "psi", "mbar")
@@ -47,6 +56,12 @@ PRESSURES = ("psi", "kPa", "mbar", "bar", "MPa", "Pa", "mmHg", "inHg", "cmH2O")
 """Units that a pressure may rather be in, the most usual first."""
 LONG_S = 4 * 3600.0
 """Minimum duration of a test whose clock may count milliseconds [s]."""
+DAY_S = 24 * 3600.0
+"""The same where its step may be one in seconds. Slow cycles take 8 hours."""
+MINUTE_S, HOUR_S = 60.0, 3600.0
+"""Durations that loggers of seconds divide into whole steps [s]: of 10 or 30 s, of 1 or 5 minutes."""
+SECOND_MS = 1000.0
+"""The same of loggers of milliseconds [ms]: steps of 10, 50 or 200 ms. Slow programs take 102 or 503 ms."""
 COUNTED_S = 5.0
 """Minimum step of such a clock [s]. Microcontrollers log every 5 ms or slower."""
 SLOWEST_K_PER_S = 0.05 / 60.0
@@ -100,8 +115,7 @@ def other_units(
     elif recording.kind == "tube":
         asked = _tube(recording, material, written.get("pressure_kPa"))
     elif recording.kind == "actuator":
-        pressure = _high_pressure(recording, material, written.get("pressure_kPa"))
-        asked = [*pressure, *_angle(recording)]
+        asked = [*_pressure(recording, material, written.get("pressure_kPa")), *_angle(recording)]
     else:
         asked = []
     return [*asked, *_clock(recording, written.get("time_s"))]
@@ -122,8 +136,8 @@ def _strain(recording: Recording) -> list[Question]:
     if wire and modulus > STIFFEST_WIRE_MPA:
         rest = "" if pulled else ", if strain counts from no load"
         why = f" under {most:.4g} MPa, a modulus of {1e-3 * modulus:.3g} GPa{rest}; nitinol has 20 to 90 GPa"
-    elif not wire and modulus > RUBBER_KPA[1] and modulus / PERCENT >= RUBBER_KPA[0]:
-        why = f" under {most:.4g} kPa, a modulus of {1e-3 * modulus:.3g} MPa; silicones have 0.05 to 5 MPa"
+    elif not wire and modulus > SILICONE_KPA[1] and modulus / PERCENT >= SILICONE_KPA[0]:
+        why = f" under {most:.4g} kPa, a modulus of {1e-3 * modulus:.3g} MPa; {SILICONES}"
     else:
         return []
     return [
@@ -136,54 +150,79 @@ def _strain(recording: Recording) -> list[Question]:
 
 
 def _tube(recording: Recording, material: Calibration | None, unit: str | None) -> list[Question]:
-    """Ask about the pressure of a tube that is far stiffer or softer than its material."""
+    """Ask about the pressure of a tube that is far stiffer or softer than its material.
+
+    Its modulus is that of the neo-Hookean silicone that the pull stretches as far. It is too large, or too
+    small, if it is so in every row under much pressure.
+    """
     geometry, length = recording.full_geometry(), recording.columns["length_mm"]
     pressure = recording.columns["pressure_kPa"]
-    known = np.isfinite(pressure) & np.isfinite(length)
-    if "length_mm" not in recording.geometry or not known.any():
+    if "length_mm" not in recording.geometry:
         return []
-    at = int(np.argmax(np.where(known, pressure, -np.inf)))
-    most, stretched = float(pressure[at]), float(length[at]) / geometry["length_mm"] - 1.0
-    if stretched < LEAST_STRETCHED or most <= 0.0:
+    stretch = length / geometry["length_mm"]
+    with np.errstate(invalid="ignore"):
+        tells = (pressure >= PRESSED * np.nanmax(pressure)) & (pressure > 0.0)
+        rows = np.flatnonzero(tells & (stretch >= 1.0 + LEAST_STRETCHED))
+    if not rows.size:
         return []
-    modulus, own = _pull(recording, most) / stretched, _modulus_kpa(material)
-    ends = TUBE_MODULI if own is None else (own / TUBE_APART, own * TUBE_APART)
-    fits = TUBE_MODULI if own is None else (own / TUBE_FITS, own * TUBE_FITS)
+    moduli = 3.0 * _pull(recording, pressure[rows]) / (stretch[rows] - stretch[rows] ** -2)
+    own = _modulus_kpa(material)
+    ends = SILICONE_KPA if own is None else (own / TUBE_APART, own * TUBE_APART)
+    fits = SILICONE_KPA if own is None else (own / TUBE_FITS, own * TUBE_FITS)
+    at = int(np.argmin(moduli) if np.min(moduli) > ends[1] else np.argmax(moduli))
+    modulus = float(moduli[at])
     meant = _pressure_units(modulus, fits, unit)
     if ends[0] <= modulus <= ends[1] or not meant:
         return []
-    told = "silicones have 0.05 to 3 MPa" if own is None else f"{geometry['material']} has {_mpa(own)}"
+    told = SILICONES if own is None else f"{geometry['material']} has {_mpa(own)}"
     other = "" if own is None else "; or is the material another one?"
     return [
         Question(
             "pressure",
-            f"{most:.4g} kPa stretch this tube by {100.0 * stretched:.3g} %, so that its silicone has a"
-            f" modulus of {_mpa(modulus)}; {told}. Is the unit of pressure right? It would fit as {meant}"
-            f" (on import: --unit pressure=...){other}",
+            f"{pressure[rows[at]]:.4g} kPa stretch this tube by {100.0 * (stretch[rows[at]] - 1.0):.3g} %, so"
+            f" that its silicone has a modulus of {_mpa(modulus)}; {told}. Is the unit of pressure right? It"
+            f" would fit as {meant} (on import: --unit pressure=...){other}",
         )
     ]
 
 
-def _high_pressure(recording: Recording, material: Calibration | None, unit: str | None) -> list[Question]:
-    """Ask about a pressure that would stretch an actuator's tube far beyond what silicone bears."""
-    own, most = _modulus_kpa(material), float(np.nanmax(recording.columns["pressure_kPa"]))
+def _pressure(recording: Recording, material: Calibration | None, unit: str | None) -> list[Question]:
+    """Ask about a pressure that stretches an actuator's tube far beyond what silicone bears, or hardly."""
+    own, pressure = _modulus_kpa(material), recording.columns["pressure_kPa"]
+    most = float(np.nanmax(pressure))
     pull = 0.0 if own is None else _pull(recording, most) / own
-    meant = _pressure_units(pull, TUBE_PULLS, unit) if pull > FARTHEST_TUBE else ""
+    if pull > FARTHEST_TUBE:
+        told = "more than silicone bears"
+    elif 0.0 < pull < TUBE_PULLS[0] and most >= LEAST_KPA and _is_driven(pressure):
+        told = "so that it hardly does anything"
+    else:
+        return []
+    meant = _pressure_units(pull, TUBE_PULLS, unit)
     if not meant:
         return []
     return [
         Question(
             "pressure",
-            f"{most:.4g} kPa pull the wall of this tube by {pull:.3g} times the modulus of"
-            f" {recording.full_geometry()['material']}, more than silicone bears. Is the unit of pressure"
+            f"{most:.4g} kPa pull the wall of this tube by {pull:.2g} times the modulus of"
+            f" {recording.full_geometry()['material']}, {told}. Is the unit of pressure"
             f" right? It would fit as {meant} (on import: --unit pressure=...); or is the material another"
             " one?",
         )
     ]
 
 
-def _pull(recording: Recording, pressure: float) -> float:
-    """Axial stress in the wall of a tube with closed ends, in the unit of the pressure."""
+def _is_driven(pressure: np.ndarray) -> bool:
+    """True for a pressure that is swept, far beyond noise and resolution, and not a zero that drifts."""
+    known = pressure[np.isfinite(pressure)]
+    most, levels = float(np.max(np.abs(known))), np.unique(known)
+    if known.size < MANY_ROWS or float(np.ptp(known)) < SWEPT * most:
+        return False
+    curved = np.abs(np.diff(known, 2))  # of independent readings, with six times their variance
+    return max(float(np.median(curved)) / 2.0, float(np.median(np.diff(levels)))) <= STEADY * most
+
+
+def _pull(recording: Recording, pressure: float | np.ndarray) -> float | np.ndarray:
+    """Axial stress in the wall of a tube with closed ends, in the unit and shape of the pressure."""
     geometry = recording.full_geometry()
     outer, wall = geometry["outer_diameter_mm"], geometry["wall_thickness_mm"]
     bore = outer - 2.0 * wall
@@ -265,16 +304,24 @@ def _clock(recording: Recording, unit: str | None) -> list[Question]:
                 " (on import: --unit time=s, if these are seconds)",
             )
         ]
-    whole = bool(np.all(np.mod(time, 1.0) == 0.0))
-    if not whole or lasts < LONG_S or float(np.median(steps)) < COUNTED_S or _is_slow(recording, steps):
+    whole, step = bool(np.all(np.mod(time, 1.0) == 0.0)), float(np.median(steps))
+    if not whole or step < COUNTED_S or lasts < _least_long(step) or _is_slow(recording, steps):
         return []
     return [
         Question(
             "time",
-            f"time_s: the test lasts {lasts / 3600.0:.3g} h, with a row every {np.median(steps):.4g} s. Are"
+            f"time_s: the test lasts {lasts / 3600.0:.3g} h, with a row every {step:.4g} s. Are"
             f" these milliseconds? Then it lasts {1e-3 * lasts:.4g} s (on import: --unit time=ms)",
         )
     ]
+
+
+def _least_long(step: float) -> float:
+    """Minimum duration of a test whose clock may count milliseconds, by its step [s]; infinite for none."""
+    of_milliseconds = SECOND_MS % step == 0.0
+    if MINUTE_S % step == 0.0 or (step % MINUTE_S == 0.0 and HOUR_S % step == 0.0):
+        return DAY_S if of_milliseconds else math.inf
+    return LONG_S if of_milliseconds or step > MINUTE_S else DAY_S
 
 
 def _is_slow(recording: Recording, steps: np.ndarray) -> bool:
