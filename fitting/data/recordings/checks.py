@@ -14,7 +14,7 @@ from pneusma_jax.errors import InputError
 from pneusma_jax.units import amount, find_unit
 
 from . import schema
-from .other_units import other_units
+from .other_units import LEAST_KPA, other_units
 from .recording import Recording
 from .sidecar import place_of_word, unusual_size
 from .table import unusable
@@ -455,7 +455,7 @@ def questions_of_reading(recordings: Iterable[Recording]) -> list[str]:
 
 
 USUAL: dict[str, tuple[float, float]] = {
-    "pressure_kPa": (0.2, PRESSURE_LIMIT_KPA),
+    "pressure_kPa": (LEAST_KPA, PRESSURE_LIMIT_KPA),
     "length_mm": (1.0, 5e3),
     "elongation_mm": (0.1, 2e3),
     "force_N": (5e-3, 500.0),

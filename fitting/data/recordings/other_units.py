@@ -78,7 +78,7 @@ NO_LOADS = ("time", "cycle", "current", "resistance", "setpoint", "temperature")
 BRIEF_S = 0.5
 """Minimum duration of a test with many rows [s]. Testing machines and pumps take longer."""
 MANY_ROWS = 50
-"""Minimum number of rows of a test whose clock is asked about."""
+"""Minimum number of rows of a test whose clock, or whose low pressure, is asked about."""
 RADIANS = (math.radians(20.0), 2.0 * math.pi)
 """Largest angles of an actuator that are rather radian than degree [deg]: 20 to 360 degrees in radian."""
 TURNS_DEG = 1080.0
