@@ -32,5 +32,12 @@ def test_the_advice_for_a_change_of_length_works(put, heading, kind):
     np.testing.assert_allclose(recording.columns["length_mm"], 56.0 + 0.1 * np.arange(20))
 
 
+def test_a_change_of_length_below_the_heading_of_a_length_is_told_the_same(put):
+    path = put("a.csv", table("Length (mm)"))
+    assert "to a change of length add that at rest (on import, for 56 mm: --subtract length_mm=-56)" in refusal(path)
+    recording = import_file(path, make_options(subtracted=["length_mm=-56"]))
+    np.testing.assert_allclose(recording.columns["length_mm"], 56.0 + 0.1 * np.arange(20))
+
+
 def test_a_strain_of_a_tube_is_refused_with_what_to_write(put):
     assert "write its length in mm into the file: that at rest, times 1 + strain" in refusal(put("a.csv", table("Strain (%)")))

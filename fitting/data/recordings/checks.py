@@ -158,7 +158,12 @@ _RULES: tuple[schema.Rule, ...] = (
         lambda celsius: celsius < ABSOLUTE_ZERO_DEGC,
         "this is below absolute zero; is the unit right?",
     ),
-    ("length", lambda length: length <= 0.0, "a length must be more than 0"),
+    (
+        "length",
+        lambda length: length <= 0.0,
+        "a length must be more than 0; to a change of length add that at rest (on import, for 56 mm:"
+        " --subtract length_mm=-56)",
+    ),
     ("resistance", lambda ohm: ohm <= 0.0, "a resistance must be more than 0"),
     ("setpoint", lambda ohm: ohm <= 0.0, "a resistance must be more than 0"),
     ("cycle", lambda count: count < 0.0, "a count of cycles must be 0 or more"),
