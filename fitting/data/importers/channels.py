@@ -83,7 +83,12 @@ def _of_one_spring(channels: dict[str, Channel]) -> dict[str, Channel]:
 
 
 def _clock(grid: Grid) -> int | None:
-    """The one column that is in a unit of time, whatever its heading says, and rises from row to row."""
+    """The one column that is in a unit of time, whatever its heading says, and rises from row to row.
+
+    Without headings it is the one column that was read from dates or times of day.
+    """
+    if not grid.headings:
+        return next(iter(grid.clocks)) if len(grid.clocks) == 1 else None
     columns = [k for k, heading in enumerate(grid.headings) if dimension(heading.unit) == "time"]
     if len(columns) != 1 or meaning(grid.headings[columns[0]]) is not None:
         return None
@@ -93,9 +98,10 @@ def _clock(grid: Grid) -> int | None:
 
 def _channel(grid: Grid, column: int) -> Channel:
     heading = grid.headings[column] if grid.headings else None
+    read_as = "s" if column in grid.clocks else None
     return Channel(
         values=grid.values[:, column],
-        unit=heading.unit if heading else None,
+        unit=heading.unit if heading else read_as,
         label=heading.text if heading and heading.text else f"column {column + 1}",
         zero=heading.zero if heading else "",
         trouble=grid.troubles.get(column, ""),
@@ -294,6 +300,7 @@ def canonical(making: Making) -> dict[str, np.ndarray]:
             continue
         channel = channels[quantity]
         spared = name in rules.optional or (name == "time_s" and making.options.interval_s is not None)
+        spared &= quantity not in making.options.columns
         if channel.trouble and spared and np.isnan(channel.values).all():
             continue  # a column of words beside the numbers, such as `Cycle: loading`
         columns[name] = in_unit(channel, unit, quantity, making.place) + 0.0  # no -0

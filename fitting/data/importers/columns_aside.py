@@ -26,15 +26,21 @@ ROUNDING = 0.005
 def notices_of_columns_aside(grid: Grid, channels: dict[str, Channel]) -> list[str]:
     """Notices about the columns that no channel takes.
 
+    A column whose heading names the same as that of a taken one is compared with it. One without a heading is
+    named by its number, unless it holds no number.
+
     Args:
         grid: the table of the file.
         channels: channels by quantity.
     """
     taken = {channel.column: quantity for quantity, channel in channels.items() if channel.column >= 0}
-    notices, aside = [], []
-    for column, heading in enumerate(grid.headings):
+    notices, aside, bare = [], [], []
+    for column in range(grid.values.shape[1]):
         holds_units = column - 1 in grid.by_row  # of the column before it
-        if column in taken or column in grid.read_along or holds_units or not heading.text.strip():
+        if column in taken or column in grid.read_along or holds_units:
+            continue
+        if not grid.headings or not grid.headings[column].text.strip():
+            bare += [column] if np.isfinite(grid.values[:, column]).any() else []
             continue
         if (twin := next((one for one in taken if _same_name(grid, column, one)), None)) is not None:
             notices.append(_compared(grid, column, twin, taken[twin]))
@@ -46,7 +52,16 @@ def notices_of_columns_aside(grid: Grid, channels: dict[str, Channel]) -> list[s
             aside.append(column)
     clocks = {} if "time" in channels else {c: notice for c in aside if (notice := _perhaps_clock(grid, c))}
     notices += clocks.values()
-    if rest := [repr(grid.headings[c].text) for c in aside if c not in clocks]:
+    unused = [c for c in bare if c in grid.clocks and "time" not in channels]
+    notices += [
+        f"check: column {c + 1} was read as a clock and left aside, as it is one of {len(unused)}: --map"
+        f" time={c + 1} takes it"
+        for c in unused
+    ]
+    bare = [c for c in bare if c not in unused]
+    rest = [repr(grid.headings[c].text) for c in aside if c not in clocks]
+    rest += [f"column {c + 1}, which has no heading" if grid.headings else f"column {c + 1}" for c in bare]
+    if rest:
         notices.append(f"columns left aside: {', '.join(rest)} (--map QUANTITY=COLUMN takes one)")
     return notices
 

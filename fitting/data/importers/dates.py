@@ -69,25 +69,28 @@ def has_clock(grid: Grid) -> bool:
 def day_and_time(grid: Grid) -> tuple[int, int, Clock] | None:
     """The column of dates and that of the time of day which are one clock, and its readings.
 
-    None where a table has no such pair, or the order of day and month cannot be told. None also where the
-    times count from the begin of the test: near zero, beside one date alone or dates that jump by a day.
+    A table without headings may have such a pair, too. None where a table has none, or the order of day and
+    month cannot be told. None also where the times count from the begin of the test: near zero, beside one
+    date alone or dates that jump by a day.
     """
     days, times = [], []
-    for column, heading in enumerate(grid.headings):
+    for column in range(grid.values.shape[1]):
+        heading = grid.headings[column] if grid.headings else None
         texts = grid.texts(column)
         filled = [text for text in texts if text and not is_blank(text)]
-        if not filled or names_specimens(heading):
+        if not filled or (heading is not None and names_specimens(heading)):
             continue
         dates = without_midnight(filled)
         if dates is not None:
             days.append((column, _filled_down(texts)))
-        elif may_be_clock(heading) and all(map(has_time_of_day, filled)):
+        elif (heading is None or may_be_clock(heading)) and all(map(has_time_of_day, filled)):
             times.append((column, texts))
     if len(days) != 1 or len(times) != 1:
         return None
     (day, dates_down), (time, texts) = days[0], times[0]
     pairs = [f"{date} {text}" if date and text else "" for date, text in zip(dates_down, texts, strict=True)]
-    alone, clock = read_clock(texts, grid.headings[time].text), read_clock(pairs)
+    named = grid.headings[time].text if grid.headings else ""
+    alone, clock = read_clock(texts, named), read_clock(pairs)
     if alone is None or clock is None or clock.origin is None:
         return None
     moments, times_alone = np.array(clock.seconds), np.array(alone.seconds)

@@ -90,7 +90,7 @@ def _take_day_and_time(grid: Grid) -> None:
     if pair is None:
         return
     day, time, clock = pair
-    label = " and ".join(repr(grid.headings[k].text) for k in (day, time))
+    label = " and ".join(_label(grid, k) for k in (day, time))
     example = " ".join(grid.cells[0][k] for k in (day, time) if k < len(grid.cells[0]))
     _take_clock(grid, time, clock, f"columns {label} are one clock", example)
     grid.read_along |= {day}
@@ -142,6 +142,7 @@ def _is_clock(grid: Grid, column: int, example: str, clockless: bool) -> bool:
 def _leave_out(grid: Grid, column: int, texts: list[tuple[int, str]], filled: int) -> None:
     """Report a column that is text in most of its `filled` fields."""
     label, (row, example) = _label(grid, column), texts[0]
+    place = label if grid.headings else f"column {label}"
     if grid.headings and may_be_clock(grid.headings[column]):
         grid.notices.append(
             f"check: column {label} cannot be read as a clock ({example!r} in row {row})"
@@ -152,7 +153,7 @@ def _leave_out(grid: Grid, column: int, texts: list[tuple[int, str]], filled: in
         asked = "check: " if _may_be_missed(grid, column, texts) else ""
         grid.notices.append(f"{asked}column {label} is text and was left out ({_examples(texts)})")
     grid.troubles[column] = (
-        f"{len(texts)} of {filled} fields of {label} are no numbers ({example!r} in row {row})"
+        f"{len(texts)} of {filled} fields of {place} are no numbers ({example!r} in row {row})"
     )
 
 
@@ -164,13 +165,23 @@ def _call_missing(grid: Grid, column: int, texts: list[tuple[int, str]]) -> None
         f"check: {fields} {'is no number' if len(texts) == 1 else 'are no numbers'}"
         f" ({_listed(texts)}): missing"
     )
+    place = label if grid.headings else f"column {label}"
     for row, text in texts:
         if like_a_number(text):
             grid.troubles[column] = (
-                f"{text!r} in row {row} of {label} cannot be told: its marks are not those of the other"
-                " numbers"
+                f"{text!r} in row {row} of {place} cannot be told: its marks are not those of the other"
+                f" numbers{_other_marks(grid, column, text)}"
             )
             break
+
+
+def _other_marks(grid: Grid, column: int, text: str) -> str:
+    """The number of a column with most marks of a doubtful one, as words: it tells what these marks mean."""
+    marks = {mark for mark in text if mark in ".,'"}
+    fields = zip(grid.rows, grid.texts(column), grid.values[:, column], strict=True)
+    others = [(sum(map(other.count, marks)), row, other) for row, other, x in fields if np.isfinite(x)]
+    count, row, other = max(others, key=lambda found: found[0], default=(0, 0, ""))
+    return f" ({other!r} in row {row})" if count else ""
 
 
 def _may_be_missed(grid: Grid, column: int, texts: list[tuple[int, str]]) -> bool:
