@@ -80,3 +80,43 @@ def test_rows_and_columns_that_a_sheet_hides_are_read_and_said(tmp_path):
     assert "hides rows 10, 11, 12, 13, 14, 15 and 4 more and column 2, which were read" in note
     assert not asked(workbook(tmp_path / "b.xlsx"), "hides")
     assert not asked(workbook(tmp_path / "c.xlsx", range(200, 210), "K"), "hides")  # nothing is there
+
+
+PULLED = np.linspace(0.0, 2.0, 120)
+RUBBER = 150.0 * (1.0 + PULLED - (1.0 + PULLED) ** -2)
+
+
+def pull(put, strain, stress, **options):
+    path = put("a.csv", table(stress, 0.5 * np.arange(len(strain)), strain))
+    notes = checks(import_file(path, make_options(**{"kind": "elastomer", **options})))
+    return [note for note in notes if "did the specimen break" in note]
+
+
+@pytest.mark.parametrize("rows", [1, 2, 4])
+def test_a_stress_that_vanishes_while_the_pull_goes_on_is_asked_about(put, rows):
+    broken = RUBBER.copy()
+    broken[100 : 100 + rows] *= np.linspace(0.9, 0.3, rows) if rows > 1 else 0.02
+    broken[100 + rows :] = 0.4
+    (note,) = pull(put, PULLED, broken)
+    assert "kPa in row 10" in note and "in row 10" in note and "These rows are kept" in note
+    (note,) = pull(put, -0.4 * PULLED, -broken)
+    assert "take the rows from 10" in note
+
+
+def test_neither_an_unloading_nor_a_spike_nor_a_whole_pull_is_a_break(put):
+    back = np.concatenate([PULLED, PULLED[::-6]])
+    assert not pull(put, back, np.concatenate([RUBBER, 0.9 * RUBBER[::-6]]))
+    assert not pull(put, PULLED, RUBBER)
+    spike = RUBBER.copy()
+    spike[60] = 2e4
+    assert not pull(put, PULLED, spike)
+    held = np.concatenate([PULLED, np.full(200, 2.0)])
+    assert not pull(put, held, np.concatenate([RUBBER, RUBBER[-1] * (0.05 + 0.95 * np.exp(-np.arange(200) / 40.0))]))
+
+
+def test_a_wire_that_cools_at_one_strain_does_not_break(put):
+    strain = 0.02 + 1e-5 * np.sin(np.arange(N)) + 1e-6 * np.arange(N)
+    stress = np.where(np.arange(N) < 40, 300.0, 5.0)
+    rows = "".join(f"{t},{e:.6f},{s:.3f},{k:.2f}\n" for t, e, s, k in zip(TIME, strain, stress, np.linspace(90.0, 25.0, N), strict=True))
+    path = put("a.csv", f"Time (s),Strain (-),Stress (MPa),Temperature (degC)\n{rows}")
+    assert not [note for note in checks(import_file(path, make_options(kind="wire"))) if "did the specimen break" in note]

@@ -38,6 +38,18 @@ NEARBY = 3
 """Number of steps before and after a leap that are near it."""
 FALLS = 0.2
 """Maximum change of a drive at such a leap, over its range [1]. A vented actuator falls back to rest."""
+HELD_SHARE, LOST_SHARE = 0.5, 0.1
+"""Stress before and after a specimen breaks, as part of the largest one. In 8 measured pulls to rupture it
+fell from more than the first to less than the second, and stayed there."""
+BREAKS_WITHIN = 0.05
+"""Maximum change of the strain meanwhile, as part of its range. Of these 8 pulls, 7 broke within 0.011."""
+SUDDEN = 0.1
+"""Maximum change of the strain in as many rows of the pull before, as part of its range. A rubber that is
+held relaxes over more rows."""
+BACK = 0.02
+"""Maximum return of the strain from there to the end, as part of its range. Unloading returns farther."""
+SWEPT_K = 5.0
+"""Minimum change of a wire's temperature under which its stress may vanish without a break [K]."""
 HOUR_STEPS = 2.0
 """Maximum distance of a leap from an hour, in median steps of the clock."""
 
@@ -101,6 +113,8 @@ def question_readings(
             if len(course.rows) > 2 * LONGEST:
                 _question_limit(course, making)
                 _question_sign(course, making)
+                if pair[0] == "strain" and not _heated(columns):
+                    _question_rupture(course, making)
     if is_clock and "time_s" in columns:
         _question_hour(columns["time_s"], rows, making)
     if "bend_angle_deg" in columns:
@@ -189,6 +203,36 @@ def _question_sign(course: _Course, making: Making) -> None:
             f"{course.answer} turns its sign from {first[at]:.4g} to {second[at]:.4g} {course.unit} at row"
             f" {course.rows[at + 1]} while {course.drive} goes on: was the instrument connected the other way"
             " from there? Then mend these fields in the file"
+        )
+
+
+def _heated(columns: Mapping[str, np.ndarray]) -> bool:
+    """True if the temperature of a specimen changes, so that its stress may vanish at one strain."""
+    temperature = columns.get("temperature_degC", np.zeros(1))
+    return np.isfinite(temperature).any() and bool(np.nanmax(temperature) - np.nanmin(temperature) > SWEPT_K)
+
+
+def _question_rupture(course: _Course, making: Making) -> None:
+    """Ask about a stress that falls to nothing while the strain goes on, as where a specimen breaks."""
+    x, y = course.x, course.y
+    peak = int(np.argmax(np.abs(y)))
+    side, reach = np.sign(x[peak]) or 1.0, float(np.ptp(x))
+    part = y / (y[peak] or 1.0)
+    held = np.flatnonzero(part > HELD_SHARE)
+    kept = np.flatnonzero(part > LOST_SHARE)
+    if held.size < LONGEST or kept[-1] + 1 >= len(y) or not reach > 0.0:
+        return
+    before, after = int(held[-1]), int(kept[-1]) + 1
+    pace = float(np.median(side * np.diff(x[: before + 1])))
+    sudden = 0.0 < (after - before) * pace <= SUDDEN * reach
+    within = abs(x[after] - x[before]) <= BREAKS_WITHIN * reach
+    back = float(np.max(side * (x[before] - x[before:])))
+    if sudden and within and back <= BACK * reach:
+        making.warn(
+            f"{course.answer} falls from {y[before]:.4g} {course.unit} in row {course.rows[before]} to"
+            f" {y[after]:.4g} in row {course.rows[after]} and stays there, while strain does not go back: did"
+            " the specimen break, or slip out of its grips? These rows are kept, and a fit takes them for the"
+            f" material's. If it did, take the rows from {course.rows[before] + 1} on out of the file"
         )
 
 
