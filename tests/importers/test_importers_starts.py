@@ -146,3 +146,13 @@ def test_a_spring_that_contracts_against_a_load_is_left_alone(put):
     assert not checks(import_file(put("a.csv", spring(stretched + 2.0, 0.5 + 0.05 * LONGER, **HEATED))))
     asked = import_file(put("b.csv", spring(LONGER, -0.1 * LONGER, **HEATED)))
     assert any("of opposite signs" in check and "--scale force=-1" in check for check in checks(asked))
+
+
+def test_a_metal_that_settles_in_its_grips_has_the_stress_of_its_first_readings(put):
+    rise = np.linspace(0.0, 0.1, 4000)
+    stress = 500.0 * (1.0 - np.exp(-np.maximum(rise - 0.002, 0.0) / 0.004)) + 40.0 * rise
+    heads = "Strain (-),Stress (MPa)"
+    assert not [c for c in checks(import_file(put("a.csv", table(heads, rise, stress)), make_options(kind="wire"))) if "at strain 0" in c]
+    preloaded = import_file(put("b.csv", table(heads, rise, stress + 30.0)), make_options(kind="wire"))
+    (said,) = [c for c in checks(preloaded) if "at strain 0" in c]
+    assert 29.0 < float(said.split("stress is ")[1].split()[0]) < 31.0
