@@ -122,3 +122,14 @@ def test_a_number_without_fixed_decimals_whose_last_ones_are_cut_off_is_left_out
     recording = import_file(put("a.csv", whole), make_options(kind="elastomer"))
     (said,) = [note for note in checks(recording) if "cut off" in note]
     assert "without an end of line" in said and len(recording) == 24
+
+
+FULL = [f"{0.1 * k!r},{0.3 * float(np.log1p(k))!r}" for k in range(1, 24)]
+
+
+def test_digits_that_numbers_of_full_precision_lack_spoil_no_row(put):
+    whole = f"2.4,{0.3 * np.log1p(24):.12f}"
+    recording = import_file(put("a.csv", text(*FULL, whole, head="Strain (-),Stress (MPa)")), make_options(kind="elastomer"))
+    assert len(recording) == 24 and not any("cut off" in check for check in checks(recording))
+    cut = import_file(put("b.csv", text(*FULL, whole[:7], head="Strain (-),Stress (MPa)")), make_options(kind="elastomer"))
+    assert len(cut) == 23 and any("was the file cut off" in check for check in checks(cut))

@@ -16,6 +16,9 @@ RECENT = 8
 NEAR, FAR = 2.0, 4.0
 """Distances from the row above, in the largest step of those rows, within which a number goes on and beyond
 which it does not."""
+HARMLESS = 1e-6
+"""Maximum error of a number by missing digits, as part of its column's largest one, that spoils nothing. No
+instrument here resolves as much."""
 _PLAIN = re.compile(r"[+-]?(\d+)(?:\.(\d*))?")
 _DECIMALS = re.compile(r"[+-]?\d*[.,](\d*)")
 _EXPONENT = re.compile(r"[+-]?\d+(?:[.,]\d*)?[eE][+-]?(\d*)")
@@ -79,6 +82,8 @@ def cut_off(
         if what == "decimals" and len(counts) > 1 and _PLAIN.fullmatch(last[-1]) and "." not in last[-1]:
             if page.lines[keep[-1] + 1 :]:
                 continue  # `95` after `94.75` and `93.5`, as programs write whole numbers
+        if what == "decimals" and len(counts) > 1 and _all_but_whole(last[-1], others, decimal):
+            continue  # `6.11319080989976` below numbers of all 17 digits, as programs write them
         if count(last[-1]) < min(counts):
             keep_it = f"; if it is whole, write it with as many {what}"
             return CutOff(f"{row} ends with fewer {what} than all others ({end}): {asked}{keep_it}", True)
@@ -88,6 +93,19 @@ def cut_off(
         keep_it = "; if it is whole, end the file with an end of line"
         return CutOff(f"{said} digits ({end}): {asked}{keep_it}", True)
     return None
+
+
+def _all_but_whole(text: str, others: Sequence[list[str]], decimal: str) -> bool:
+    """True if the digits that a number may lack change nothing: numbers of full precision vary in length.
+
+    Args:
+        text: last field of a file.
+        others: rows above it.
+        decimal: decimal mark.
+    """
+    values = [x for row in others if (x := to_number(row[-1], decimal)) is not None and np.isfinite(x)]
+    reach = max(map(abs, values), default=0.0)
+    return _decimals(text) > 0 and 10.0 ** -_decimals(text) <= HARMLESS * reach
 
 
 def _first_digits(text: str, above: Sequence[float | None], decimal: str) -> bool:
