@@ -184,3 +184,18 @@ def test_resistances_of_springs_in_their_own_units_are_read(put, unit, factor):
 def test_other_quantities_of_the_same_letter_are_not_asked_about(put, heading):
     path = put("a.csv", table(f"{ACTUATOR.partition(',')[2]},{heading}", *HEATED))
     assert not any(repr(heading) in note for note in checks(import_file(path, make_options())))
+
+
+def test_a_strain_of_many_thousand_percent_is_asked_about_even_where_the_user_states_it(put):
+    path = put("a.csv", table("Strain,Stress (kPa)", 127.0 * STRAIN, STRESS))
+    recording = import_file(path, make_options(kind="elastomer", units=["strain=1"]))
+    assert any("further than any rubber stretches" in check and "--unit strain=1" in check for check in checks(recording))
+    recording = import_file(path, make_options(kind="elastomer", units=["strain=percent"]))
+    assert not any("further than any rubber" in check for check in checks(recording))
+
+
+def test_a_pressure_beside_a_stretch_may_be_the_stress(put):
+    path = put("a.csv", table("lambda,P_MPa", 1.0 + STRAIN, 1e-3 * STRESS))
+    assert "--map stress=P_MPa" in refusal(path)
+    recording = import_file(path, make_options(columns=["stress=P_MPa"]))
+    assert recording.kind == "elastomer" and abs(recording.columns["stress_kPa"].max() - STRESS.max()) < 1e-3

@@ -158,7 +158,7 @@ def _not_one_kind(
     unread = ", ".join(map(repr, lines_unread(grid)))
     may = f"; not read, though they may state a size: {unread}" if unread else ""
     return unusable(
-        place, f"{kinds_text} ({columns}){_hints(available)}{may}"
+        place, f"{kinds_text} ({columns}){_hints(available, channels)}{may}"
         f"{f'; {others}' if others else ''}; state --kind, and name the columns with --map"
         f" QUANTITY=COLUMN. Kinds: {KINDS_IN_WORDS}",
     )  # fmt: skip
@@ -176,9 +176,15 @@ def _has_coils(sample: Sample, options: Options) -> bool:
     return bool({*options.dimensions, *of_file} & set(COIL_SIZES))
 
 
-def _hints(available: set[str]) -> str:
+def _hints(available: set[str], channels: dict[str, Channel]) -> str:
     """Quantities that a kind needs beside the available ones, and how to state them, as end of a message."""
     near = []
+    if {"strain", "pressure"} <= available and not available & {"stress", "force"}:
+        label = channels["pressure"].label if "pressure" in channels else "..."
+        near.append(
+            f"of a coupon the stress is missing: if {label!r} is one (P of Piola and Kirchhoff), --map"
+            f" stress={shlex.quote(label)}"
+        )
     if {"strain", "temperature"} <= available and "stress" not in available:
         near.append("of a wire the stress is missing: if it did not change, --constant stress_MPa=...")
     if {"force", "elongation"} <= available and not available & {"strain", "stress"}:

@@ -66,12 +66,18 @@ def settle_strain_unit(making: Making) -> None:
 def _refuse_far(making: Making, channel: Channel) -> None:
     """Refuse a coupon's strain whose unit, as the heading states it, makes it larger than that of any rubber.
 
-    A unit that the user states is believed: `--unit strain=1` answers the question.
+    A unit that the user states is believed, with a `check:`: `--unit strain=1` answers the question.
     """
-    if making.kind != "elastomer" or dimension(channel.unit) != "number" or "strain" in making.options.units:
+    if making.kind != "elastomer" or dimension(channel.unit) != "number":
         return
     farthest, reaches, stated = _reach(channel)
     if farthest > FARTHEST_STRETCH - 1.0:
+        if "strain" in making.options.units:
+            making.warn(
+                f"{reaches} is a stretch of {1.0 + farthest:.4g}, further than any rubber stretches; it was"
+                f" taken so, as --unit strain={making.options.units['strain']} states"
+            )
+            return
         other = "1" if stated == "percent" else "percent"
         raise unusable(
             making.place, f"{reaches} would be a stretch of {1.0 + farthest:.4g}, further than any rubber"
