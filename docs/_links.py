@@ -13,6 +13,7 @@ COPIED = {
     "benchmarks.md": "benchmarks/README.md",
     "benchmarks/commands.md": "benchmarks/commands.md",
     "benchmarks/core.md": "benchmarks/core.md",
+    "benchmarks/design.md": "benchmarks/design.md",
     "benchmarks/diagnosis.md": "benchmarks/diagnosis.md",
     "benchmarks/diagnosis_speed.md": "benchmarks/diagnosis_speed.md",
     "benchmarks/intervals.md": "benchmarks/intervals.md",

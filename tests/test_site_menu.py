@@ -77,8 +77,11 @@ def test_the_first_page_of_the_benchmarks_is_short_and_leads_to_all_others():
 
 
 def test_links_between_files_become_links_between_pages():
-    moved = links.moved("[a](../docs/design.md#jumps) [b](runs/core_speed.png) [c](https://x.org)", "benchmarks.md")
-    assert moved == "[a](design.md#jumps) [b](benchmarks/runs/core_speed.png) [c](https://x.org)"
+    moved = links.moved("[a](../docs/design.md#a-study) [b](runs/core_speed.png) [c](https://x.org)", "benchmarks.md")
+    assert moved == "[a](design.md#a-study) [b](benchmarks/runs/core_speed.png) [c](https://x.org)"
     assert links.moved("[a](../docs/proof.md)", "tutorials/06_proof_story.md") == "[a](../proof.md)"
     assert links.moved("[a](../benchmarks/README.md#x)", "diagnosis.md") == "[a](benchmarks.md#x)"
     assert links.moved("[a](README.md#x) [b](../docs/proof.md)", "benchmarks/core.md") == "[a](../benchmarks.md#x) [b](../proof.md)"
+    assert links.moved("![a](../docs/figures/x.png)", "benchmarks/design.md") == "![a](../docs/figures/x.png)", "no such file"
+    figure = links.moved("![a](../docs/figures/design_search.png)", "benchmarks/design.md")
+    assert figure == "![a](../figures/design_search.png)"
