@@ -12,7 +12,7 @@ import pytest
 ROOT = Path(__file__).parents[2]
 LONGEST = 25
 MODULES = sorted((ROOT / "fitting" / "diagnose").rglob("*.py"))
-PAGES = ("diagnosis", "index", "own_data", "commands", "files", "import", "characterise", "reliability")
+PAGES = ("diagnosis", "thresholds", "index", "own_data", "commands", "files", "import", "characterise", "reliability")
 BENCHMARKS = sorted((ROOT / "benchmarks").glob("*.md"))
 BREAK = re.compile(r"\n\s*\n|\n\s*(?:[-*]|\d+\.) |\n\s*(?=[\w, ]+: )")
 """Between paragraphs, entries of a list, and described arguments."""

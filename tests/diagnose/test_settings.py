@@ -82,8 +82,8 @@ def test_every_group_is_of_one_kind():
 
 
 def test_the_tables_of_the_documentation_are_made_of_the_thresholds():
-    text = (ROOT / "docs" / "diagnosis.md").read_text(encoding="utf-8")
-    assert replaced(text, DEFAULT, CATEGORIES) == text, "run `python -m fitting.diagnose.settings docs/diagnosis.md`"
+    text = (ROOT / "docs" / "thresholds.md").read_text(encoding="utf-8")
+    assert replaced(text, DEFAULT, CATEGORIES) == text, "run `python -m fitting.diagnose.settings docs/thresholds.md`"
     made = table(DEFAULT, CATEGORIES)
     assert len(re.findall(r"^\| `", made, re.MULTILINE)) == len(THRESHOLDS)
     counts = [int(count) for count in re.findall(r"^### [A-Z][a-z ]+: (\d+)$", made, re.MULTILINE)]

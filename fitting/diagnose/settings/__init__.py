@@ -6,7 +6,7 @@
 Three kinds of numbers are counted apart (`CATEGORIES`). Decisions say what is concluded. Numerical settings
 say how much is computed, on which grids and to which tolerance. Assumptions say what instruments and tests
 usually are. Each number has a sentence, a unit and the measurement that it rests on (`Threshold`). The
-tables in `docs/diagnosis.md` are made of them: `python -m fitting.diagnose.settings`.
+tables in `docs/thresholds.md` are made of them: `python -m fitting.diagnose.settings docs/thresholds.md`.
 """
 
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""The numbers as Markdown tables, one per kind, for `docs/diagnosis.md`."""
+"""The numbers as Markdown tables, one per kind, for `docs/thresholds.md`."""
 
 import re
 from pathlib import Path
