@@ -76,6 +76,13 @@ def test_the_first_page_of_the_benchmarks_is_short_and_leads_to_all_others():
             assert script.name in text, script.name
 
 
+def test_the_manual_of_the_diagnosis_is_short_and_tells_first_what_a_reader_needs():
+    text = (ROOT / "docs" / "diagnosis.md").read_text()
+    assert text.count("\n") <= 300
+    assert re.findall("^## (.*)$", text, re.MULTILINE) == ["How to read a report", "Method", "Where it may be wrong"]
+    assert "\n```\npneusma diagnose " in text.split("\n## ")[0]
+
+
 def test_links_between_files_become_links_between_pages():
     moved = links.moved("[a](../docs/design.md#a-study) [b](runs/core_speed.png) [c](https://x.org)", "benchmarks.md")
     assert moved == "[a](design.md#a-study) [b](benchmarks/runs/core_speed.png) [c](https://x.org)"
