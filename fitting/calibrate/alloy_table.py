@@ -60,7 +60,9 @@ def _fitted(entry: Parameter, taken: Quantity, source: str, quoted: Estimate | N
     """A constant as it was fitted, in SI, with its quoted error and interval."""
     is_difference = taken.unit == KELVIN
     value, sd, interval = _rounded(entry.value, taken.unit, is_difference), entry.standard_error, None
-    if quoted is not None and np.isfinite(quoted.sd):
+    if quoted is not None and not quoted.interval:
+        sd = None
+    elif quoted is not None and np.isfinite(quoted.sd):
         sd = float(to_si(quoted.sd, taken.unit, True))
     if quoted is not None and np.isfinite(quoted.interval.get(90, np.nan)).all():
         ends = (float(to_si(end, taken.unit, is_difference)) for end in quoted.interval[90])

@@ -28,6 +28,7 @@ class Information:
             inverted in units of these, since in SI parameters differ by many orders of magnitude.
         prior: precision of the priors, shape (n,).
         fixed: parameters that stand at a bound, of shape (n,); they are left out of covariances.
+        jumping: parameters within whose error the prediction jumps. Their slopes hold at the fit alone.
     """
 
     names: tuple[str, ...]
@@ -35,6 +36,7 @@ class Information:
     scale: np.ndarray
     prior: np.ndarray
     fixed: np.ndarray
+    jumping: tuple[str, ...] = ()
 
     def covariance(self, more: np.ndarray | float = 0.0) -> np.ndarray:
         """Covariance with the priors, and with further information if there is any; SI."""

@@ -4,7 +4,7 @@ Where the misfit is a parabola, the profile's intervals are those of the standar
 asymmetric, and they count.
 """
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import Any
 
 import numpy as np
@@ -33,6 +33,7 @@ def estimates(
     profiles: Mapping[str, Profile],
     rises_per_sd: Mapping[str, float] | None = None,
     levels: Mapping[str, Levels] | None = None,
+    jumping: Collection[str] = (),
 ) -> dict[str, Estimate]:
     """Quoted values and errors of all free parameters, in the unit of files.
 
@@ -41,11 +42,15 @@ def estimates(
         profiles: profile likelihoods of some or all of them.
         rises_per_sd: rise of chi-square that counts as one standard deviation, by name; by default 1.
         levels: factors on that rise for both ends of intervals of so many per cent, by name; by default 1.
+        jumping: parameters within whose standard error the prediction jumps. A profile alone gives them
+            errors.
     """
     none: dict[str, Any] = {}
     rises_per_sd, levels = rises_per_sd or none, levels or none
     return {
-        name: estimate(entry, profiles.get(name), rises_per_sd.get(name, 1.0), levels.get(name))
+        name: estimate(
+            entry, profiles.get(name), rises_per_sd.get(name, 1.0), levels.get(name), name in jumping
+        )
         for name, entry in fitted.items()
     }
 
@@ -55,9 +60,11 @@ def estimate(
     profile: Profile | None = None,
     rise_per_sd: float = 1.0,
     levels: Levels | None = None,
+    jumps: bool = False,
 ) -> Estimate:
     """Quoted value and errors of one parameter, in the unit of files; see `estimates`."""
-    sd = np.nan if entry.standard_error is None else entry.standard_error * np.sqrt(rise_per_sd)
+    known = entry.standard_error is not None and not jumps
+    sd = entry.standard_error * np.sqrt(rise_per_sd) if known else np.nan
     mean = float(np.mean(np.sqrt((levels or {}).get(90, ALIKE))))
     profiled = profile is not None and profile.gives_interval
     if profiled:

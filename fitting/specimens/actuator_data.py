@@ -122,7 +122,9 @@ def _rows_of(
 
 def _recorded(recording: Recording, rows: Rows, names: list[str]) -> dict[str, np.ndarray]:
     springs = len(rows.extra["xi0"])
-    found = {"gamma": tuple(np.zeros(len(rows.mask)) for _ in range(springs))}
+    found = {
+        name: tuple(np.zeros(len(rows.mask)) for _ in range(springs)) for name in ("gamma", "coupled_gain")
+    }
     found |= {"gravity": gravity_of(recording)}
     for name in names:
         nominal = AIR if name == "temperature" else 0.0

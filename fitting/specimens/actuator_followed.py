@@ -18,12 +18,10 @@ from pneusma_jax.nitinol import Alloy
 from pneusma_jax.nitinol.resistivity import PhaseReading
 from pneusma_jax.pipeline import PLAIN, Pipeline
 
-from .actuator_phase import BLIND, FLATTEST, LONGEST, NUDGE, replaced
+from .actuator_phase import BLIND, FLATTEST, LONGEST, NUDGE, ROUNDS, SETTLED, replaced
 from .actuator_rows import body_of
 from .rows import Rows, numbers
 
-ROUNDS = 3
-"""Number of smoothing rounds, starting from fractions that were read under a similar model."""
 FOLD = 0.08
 """Minimum ratio of two slopes of the resistance over the fraction: with all couplings, over the one at fixed
 strain. Below it the resistance is not followed, since two configurations share one resistance there."""
@@ -36,13 +34,15 @@ class FollowedPhase(eqx.Module):
     where a hot wire's resistance no longer depends on the fraction.
 
     Strain changes the reading only in the last iteration of a row. Otherwise strain and fraction could drift
-    to another configuration of the same resistance. `settled` gives that iteration a start close to its
-    solution.
+    to another configuration of the same resistance. Before, the fraction follows the resistance with the gain
+    that counts strain to first order. So that iteration starts close to its solution. Near full heat the
+    fraction changes up to 20 times as much with the resistance at a fixed strain.
 
     Attributes:
         xi0: smoothed martensite fraction [1]; ohms: its resistance [ohm]; gain: change of fraction per
-            resistance [1/ohm].
+            resistance at a fixed strain [1/ohm].
         gamma: shear strain at which the fraction was read [1].
+        coupled_gain: change of fraction per resistance, with that of strain counted [1/ohm].
         strained: true if strain changes the reading.
     """
 
@@ -50,11 +50,12 @@ class FollowedPhase(eqx.Module):
     ohms: Array
     gain: Array
     gamma: Array
+    coupled_gain: Array
     strained: bool = eqx.field(static=True, default=True)
 
     def held(self) -> "FollowedPhase":
-        """The same fraction, read at its original strain."""
-        return FollowedPhase(self.xi0, self.ohms, self.gain, self.gamma, False)
+        """The same fraction, read at its original strain, whose change counts to first order."""
+        return FollowedPhase(self.xi0, self.ohms, self.coupled_gain, self.gamma, self.coupled_gain, False)
 
     def read(
         self, alloy: Alloy, gamma: Array, wire_length: Array, pipeline: Pipeline = PLAIN
@@ -84,12 +85,14 @@ def settled(recordings: list[Rows], evaluate: Callable[[list[Rows]], dict[str, n
         replaced(rows, gain=tuple(0.0 * np.asarray(g) for g in rows.extra["gain"])) for rows in recordings
     ]
     for _ in range(ROUNDS):
-        base = evaluate(fixed)
+        base, before = evaluate(fixed), fixed
         for k, n in wired:
             perturbed = evaluate([_perturbed(rows, k) for rows in fixed])
             slope = (perturbed[f"ohms_{n}"] - base[f"ohms_{n}"]) / (perturbed[f"xi0_{n}"] - base[f"xi0_{n}"])
             fixed = [_smoothed(rows, k, n, base[f"ohms_{n}"][j], slope[j]) for j, rows in enumerate(fixed)]
             slopes[k] = slope
+        if _largest_change(before, fixed) < SETTLED:
+            break
     base = evaluate(fixed)
     found = []
     for j, rows in enumerate(fixed):
@@ -98,26 +101,43 @@ def settled(recordings: list[Rows], evaluate: Callable[[list[Rows]], dict[str, n
             name: tuple(np.nan_to_num(base[f"{name}_{n}"][j, :count]) for n in layout.spring_numbers)
             for name in ("ohms", "gamma")
         }
-        gain = [np.zeros(count) for _ in layout.spring_numbers]
+        gain, coupled = ([np.zeros(count) for _ in layout.spring_numbers] for _ in range(2))
         for k, n in wired:
-            gain[k] = _gain(rows, k, n, reading["gamma"][k], np.nan_to_num(slopes[k][j, :count]))
-        found.append(replaced(rows, gain=tuple(gain), **reading))
+            slope = np.nan_to_num(slopes[k][j, :count])
+            gain[k], coupled[k] = _gains(rows, k, n, reading["gamma"][k], slope)
+        found.append(replaced(rows, gain=tuple(gain), coupled_gain=tuple(coupled), **reading))
     return found
 
 
-def _gain(rows: Rows, k: int, number: int, gamma: np.ndarray, total: np.ndarray) -> np.ndarray:
-    """Change of fraction per resistance at a fixed strain [1/ohm]; reduced where noise or a fold hides the
-    fraction."""
+def _largest_change(before: list[Rows], after: list[Rows]) -> float:
+    """Largest change of a fraction in any row [1]."""
+    pairs = zip(before, after, strict=True)
+    return max(float(np.max(np.abs(np.subtract(b.extra["xi0"], a.extra["xi0"])))) for b, a in pairs)
+
+
+def _gains(
+    rows: Rows, k: int, number: int, gamma: np.ndarray, total: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Change of fraction per resistance [1/ohm]: at a fixed strain, and with that of strain counted.
+
+    Both are reduced where noise or a fold hides the fraction.
+
+    Args:
+        rows: recording; k, number: place and number of the spring.
+        gamma: shear strain of every row [1].
+        total: slope of the resistance over the fraction with all couplings [ohm], shape (rows,).
+    """
     noise = float(rows.extra[f"noise_resistance_{number}"])
     if not noise > 0.0:
-        return np.zeros(len(gamma))
+        return np.zeros(len(gamma)), np.zeros(len(gamma))
     spring = body_of(numbers({}, rows), rows).springs[k]
     law = lambda x: spring.alloy.resistivity(x, jnp.asarray(gamma)) * spring.geometry.wire_length  # noqa: E731
     xi0 = jnp.asarray(rows.extra["xi0"][k])
     partial = np.asarray(jax.jvp(law, (xi0,), (jnp.ones_like(xi0),))[1])
     square = np.where(total * partial > 0.0, total**2, 0.0)
     trust = square / (square + (FOLD * partial) ** 2 + (noise / BLIND) ** 2)
-    return trust / np.where(partial == 0.0, np.inf, partial)
+    gain = trust / np.where(partial == 0.0, np.inf, partial)
+    return gain, gain / (1.0 + gain * (total - partial))
 
 
 def _perturbed(rows: Rows, k: int) -> Rows:

@@ -32,8 +32,8 @@ EXPLAINED = ("curvature", "bend_angle", "length")
 """Outputs that effects change: all but the direction of the bend."""
 READINGS = ("resistance_1", "resistance_2", "resistance_3")
 """Outputs that are measured to find the latent trajectories."""
-FOLLOWING = ("gain", "ohms", "gamma", "sd")
-"""Columns of martensite fractions that follow resistances."""
+FOLLOWING = ("xi0", "ohms", "gain", "gamma", "coupled_gain")
+"""Columns of martensite fractions that follow resistances, as `FollowedPhase` takes them."""
 
 
 def hidden_rows_for(campaign: Campaign, **tables: Any) -> list[Rows]:
@@ -43,7 +43,7 @@ def hidden_rows_for(campaign: Campaign, **tables: Any) -> list[Rows]:
 
 
 def _hidden(rows: Rows, recording: Recording) -> Rows:
-    extra = {name: x for name, x in rows.extra.items() if name not in FOLLOWING}
+    extra = {name: x for name, x in rows.extra.items() if name not in (*FOLLOWING, "sd")}
     numbers_ = extra["layout"].spring_numbers
     begin = {n: BEGIN if float(rows.extra.get(f"noise_resistance_{n}", 0.0)) > 0.0 else 1.0 for n in numbers_}
     extra["xi0"] = tuple(np.full(len(rows.mask), begin[n]) for n in numbers_)
@@ -72,7 +72,7 @@ def with_effects(
     body = body_of(parameters, rows)
     extra = rows.extra
     if "gain" in extra:
-        following = zip(extra["xi0"], extra["ohms"], extra["gain"], extra["gamma"], strict=True)
+        following = zip(*(extra[name] for name in FOLLOWING), strict=True)
         phases = tuple(FollowedPhase(*one) for one in following)
     else:
         phases = tuple(MartensiteFraction(x) for x in extra["xi0"])

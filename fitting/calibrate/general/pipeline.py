@@ -106,7 +106,8 @@ class GeneralCharacterisation(Characterisation):
         last, names = self.lasting, self.information.names
         variances = {} if last is None else variances_by_name(last, names)
         sides = {} if last is None else side_variances_by_name(last, names)
-        return estimates(self.fitted, self.profiles, variances, sides) | {
+        jumping = self.information.jumping
+        return estimates(self.fitted, self.profiles, variances, sides, jumping) | {
             name: of_prior_alone(quantity) for name, quantity in self.unseen.items()
         }
 

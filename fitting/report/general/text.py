@@ -235,6 +235,7 @@ def warnings(result: GeneralCharacterisation) -> list[str]:
     sentences += _grouped_warnings(result.identifiability, set(result.unseen))
     if not result.fit.result.success:
         sentences.append(f"The fit did not end well. {result.fit.result.status.value}")
+    sentences += _without_error(result)
     ends = [x for x in result.fit.starts if x == x]
     best = min(ends, default=0.0)
     if len(ends) > 1 and sum(x < best + 1.0 for x in ends) == 1:
@@ -246,6 +247,17 @@ def warnings(result: GeneralCharacterisation) -> list[str]:
     said = [] if doubts(result) else another_cause(far, zeros, result.campaign.path, result.model)
     sentences += [*far, *zeros, *said]
     return sentences + limits(result.parameters) + profile_likelihood.warnings(result)
+
+
+def _without_error(result: GeneralCharacterisation) -> list[str]:
+    """Sentence on constants that have no error, because the misfit jumps within it."""
+    found = [name for name in result.information.jumping if not result.parameters[name].interval]
+    if not found:
+        return []
+    return [
+        f"No error of {joined(found)} is quoted: the misfit jumps so near to the fit that its slope there "
+        "says nothing about an interval. `pneusma posterior` samples the misfit itself."
+    ]
 
 
 TOGETHER = {
