@@ -68,7 +68,8 @@ def _fitted(entry: Parameter, taken: Quantity, source: str, quoted: Estimate | N
         ends = (float(to_si(end, taken.unit, is_difference)) for end in quoted.interval[90])
         interval = tuple(_rounded(end, taken.unit, is_difference) for end in ends)
     prior = None if not sd else Prior(mean=value, sd=_rounded(sd, taken.unit, True))
-    note = "" if sd else "; at a bound" if entry.at_bound else "; not determined by these tests"
+    without = "; its error is not known" if entry.standard_error else "; not determined by these tests"
+    note = "" if sd else "; at a bound" if entry.at_bound else without
     return Quantity(entry.name, value, taken.unit, "fitted", source + note, prior, interval)
 
 

@@ -28,7 +28,9 @@ class Information:
             inverted in units of these, since in SI parameters differ by many orders of magnitude.
         prior: precision of the priors, shape (n,).
         fixed: parameters that stand at a bound, of shape (n,); they are left out of covariances.
-        jumping: parameters within whose error the prediction jumps. Their slopes hold at the fit alone.
+        jumping: parameters within whose error the prediction jumps. Their slopes hold at the fit alone, and
+            tell no error of theirs. Errors of the others allow for any value of them, along these slopes and
+            within their priors.
     """
 
     names: tuple[str, ...]
@@ -53,6 +55,12 @@ class Information:
         own = (np.diag(self.matrix) + self.prior) * self.scale**2
         return self.scale / np.sqrt(own + NO_INFORMATION)
 
+    @property
+    def told(self) -> np.ndarray:
+        """Mask of the parameters whose slopes describe an error, shape (n,): they neither jump nor are at a
+        bound."""
+        return ~self.fixed & ~self._jumps
+
     def log_volume(self, names: Sequence[str]) -> float:
         """Log-determinant of the covariance of some parameters, in units of their `scale`, without bounds.
 
@@ -65,9 +73,36 @@ class Information:
         return float(np.linalg.slogdet(scaled[np.ix_(chosen, chosen)])[1])
 
     def gain(self, more: np.ndarray) -> float:
-        """Expected information of further data about all parameters, those at a bound included [nats]."""
-        before, after = (np.linalg.slogdet(self._scaled(added))[1] for added in (0.0, more))
+        """Expected information of further data about all parameters that do not jump [nats].
+
+        Those at a bound are included.
+        """
+        steady = ~self._jumps
+        before, after = (
+            np.linalg.slogdet(self._beside_jumps(self._scaled(added), steady))[1] for added in (0.0, more)
+        )
         return 0.5 * float(after - before)
+
+    def by_data(self, names: Sequence[str]) -> np.ndarray:
+        """Information of the data alone about some parameters, in units of `scale`, shape (names, names).
+
+        Those that jump are marginalised over with their priors; any others are known.
+        """
+        data = self.matrix + np.diag(np.where(self._jumps, self.prior, 0.0))
+        chosen = np.array([name in names for name in self.names], bool)
+        return self._beside_jumps(data * np.outer(self.scale, self.scale), chosen & ~self._jumps)
+
+    @property
+    def _jumps(self) -> np.ndarray:
+        """Mask of the parameters within whose error the prediction jumps, shape (n,)."""
+        return np.array([name in self.jumping for name in self.names], bool)
+
+    def _beside_jumps(self, scaled: np.ndarray, kept: np.ndarray) -> np.ndarray:
+        """Block of some parameters of a scaled information, marginalised over those that jump."""
+        jumps = self._jumps & ~self.fixed
+        across = scaled[np.ix_(kept, jumps)]
+        own = np.linalg.pinv(scaled[np.ix_(jumps, jumps)], rcond=SINGULAR, hermitian=True)
+        return scaled[np.ix_(kept, kept)] - across @ own @ across.T
 
     def _scaled(self, more: np.ndarray | float) -> np.ndarray:
         """Information of data and priors, and further information, in units of `scale`."""

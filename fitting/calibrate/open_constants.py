@@ -47,7 +47,8 @@ def open_constants(
 
     Returns:
         Entries with `kind`, `parameters`, a number that says how bad, and `text`. The kinds are `absent`,
-        `at_bound`, `end_of_range`, `at_start`, `not_informed`, `loose_direction` and `known_together`.
+        `at_bound`, `end_of_range`, `at_start`, `not_informed`, `loose_direction` and `known_together`. A
+        parameter within whose error the prediction jumps is in none of the last four.
     """
     absent = absent or {}
     stopped = [name for name, fixed in zip(fisher.names, fisher.fixed, strict=True) if fixed]
@@ -87,7 +88,7 @@ def _alone(
     entries, covered = [], set()
     marginal, best = fisher.sd() / fisher.scale, fisher.sd_if_others_were_known() / fisher.scale
     for k, name in enumerate(fisher.names):
-        if fisher.fixed[k] or best[k] < HARDLY:
+        if not fisher.told[k] or best[k] < HARDLY:
             continue
         covered.add(name)
         stayed = abs(parameters[name].value - start[name]) < STAYED * fisher.scale[k]
@@ -106,16 +107,16 @@ def _loose(
     fisher: Information, covered: set[str], reach: Callable[[Sequence[str]], str]
 ) -> list[dict[str, Any]]:
     """Combinations of two or more parameters along which the recordings say less than the priors."""
-    kept = [k for k, name in enumerate(fisher.names) if not fisher.fixed[k] and name not in covered]
-    scaled = (fisher.matrix * np.outer(fisher.scale, fisher.scale))[np.ix_(kept, kept)]
-    width, axes = np.linalg.eigh(scaled)
+    told = [name for name, one in zip(fisher.names, fisher.told, strict=True) if one]
+    kept = [name for name in told if name not in covered]
+    width, axes = np.linalg.eigh(fisher.by_data(kept))
     entries = []
     for value, axis in zip(width, axes.T, strict=True):
         ratio = 1.0 / np.sqrt(1.0 + max(value, 0.0))
         if ratio < HARDLY:
             break
         main = [i for i in np.argsort(-np.abs(axis)) if abs(axis[i]) >= SHARE * np.abs(axis).max()]
-        names = [fisher.names[kept[i]] for i in main]
+        names = [kept[i] for i in main]
         if len(names) < 2:
             continue
         senses = " while ".join(
@@ -135,7 +136,7 @@ def _together(fisher: Information, reach: Callable[[Sequence[str]], str]) -> lis
     covariance = fisher.covariance()
     spread = np.sqrt(np.maximum(np.diag(covariance), np.finfo(float).tiny))
     correlation = covariance / np.outer(spread, spread)
-    correlation[fisher.fixed] = correlation[:, fisher.fixed] = 0.0
+    correlation[~fisher.told] = correlation[:, ~fisher.told] = 0.0
     left, entries = set(range(len(spread))), []
     while left:
         group, grown = {min(left)}, True

@@ -14,6 +14,7 @@ from pneusma_jax.actuator.designs import GEOMETRY_KEYS
 from pneusma_jax.errors import InputError
 
 from . import actuator_phase, priors, silicones
+from .actuator_followed import UNSETTLED
 from .actuator_phase import OUTPUTS
 from .model_objects import geometry_of, gravity_of
 from .row_builders import columns_of, measured_and_weight, smooth
@@ -125,7 +126,7 @@ def _recorded(recording: Recording, rows: Rows, names: list[str]) -> dict[str, n
     found = {
         name: tuple(np.zeros(len(rows.mask)) for _ in range(springs)) for name in ("gamma", "coupled_gain")
     }
-    found |= {"gravity": gravity_of(recording)}
+    found |= {"gravity": gravity_of(recording), UNSETTLED: np.asarray(False)}
     for name in names:
         nominal = AIR if name == "temperature" else 0.0
         column = np.full(len(rows.mask), nominal)

@@ -5,7 +5,8 @@ change. Fits and samplers of a model on disk use them. A diagnosis treats the fr
 instead.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 
 import equinox as eqx
 import jax
@@ -18,13 +19,15 @@ from pneusma_jax.nitinol import Alloy
 from pneusma_jax.nitinol.resistivity import PhaseReading
 from pneusma_jax.pipeline import PLAIN, Pipeline
 
-from .actuator_phase import BLIND, FLATTEST, LONGEST, NUDGE, ROUNDS, SETTLED, replaced
+from .actuator_phase import BLIND, FLATTEST, LONGEST, NUDGE, ROUNDS, SETTLED, noise_of, replaced
 from .actuator_rows import body_of
 from .rows import Rows, numbers
 
 FOLD = 0.08
 """Minimum ratio of two slopes of the resistance over the fraction: with all couplings, over the one at fixed
 strain. Below it the resistance is not followed, since two configurations share one resistance there."""
+UNSETTLED = "unsettled"
+"""Name in `Rows.extra` of a mark: true if the rounds of a recording ended at no solution."""
 
 
 class FollowedPhase(eqx.Module):
@@ -72,6 +75,9 @@ def settled(recordings: list[Rows], evaluate: Callable[[list[Rows]], dict[str, n
     """Recordings whose martensite fractions are read anew, smoothed about the predictions of a model, as in
     `actuator_phase`.
 
+    Where the rounds end at no solution, those fractions count that miss the resistances least, and
+    `UNSETTLED` is true.
+
     Args:
         recordings: recordings with earlier fractions.
         evaluate: function from recordings to the model's drivers, by name, each of shape (recordings, rows).
@@ -80,39 +86,103 @@ def settled(recordings: list[Rows], evaluate: Callable[[list[Rows]], dict[str, n
     wired = [(k, n) for k, n in enumerate(layout.spring_numbers) if f"resistance_{n}" in recordings[0].inputs]
     if not wired:
         return recordings
-    slopes: dict[int, np.ndarray] = {}
     fixed = [
         replaced(rows, gain=tuple(0.0 * np.asarray(g) for g in rows.extra["gain"])) for rows in recordings
     ]
+    rounds = [_linearised(fixed, wired, evaluate)]
     for _ in range(ROUNDS):
-        base, before = evaluate(fixed), fixed
-        for k, n in wired:
-            perturbed = evaluate([_perturbed(rows, k) for rows in fixed])
-            slope = (perturbed[f"ohms_{n}"] - base[f"ohms_{n}"]) / (perturbed[f"xi0_{n}"] - base[f"xi0_{n}"])
-            fixed = [_smoothed(rows, k, n, base[f"ohms_{n}"][j], slope[j]) for j, rows in enumerate(fixed)]
-            slopes[k] = slope
-        if _largest_change(before, fixed) < SETTLED:
+        after = [_smoothed(rows, wired, *rounds[-1].of(j)) for j, rows in enumerate(rounds[-1].fixed)]
+        end = _largest_changes(rounds[-1].fixed, after) < SETTLED
+        rounds.append(_linearised(after, wired, evaluate))
+        if end.all():
             break
-    base = evaluate(fixed)
-    found = []
-    for j, rows in enumerate(fixed):
-        count = len(rows.mask)
-        reading = {
-            name: tuple(np.nan_to_num(base[f"{name}_{n}"][j, :count]) for n in layout.spring_numbers)
-            for name in ("ohms", "gamma")
-        }
-        gain, coupled = ([np.zeros(count) for _ in layout.spring_numbers] for _ in range(2))
-        for k, n in wired:
-            slope = np.nan_to_num(slopes[k][j, :count])
-            gain[k], coupled[k] = _gains(rows, k, n, reading["gamma"][k], slope)
-        found.append(replaced(rows, gain=tuple(gain), coupled_gain=tuple(coupled), **reading))
-    return found
+    return [_followed(*_chosen(rounds, j, end[j], wired), wired) for j in range(len(recordings))]
 
 
-def _largest_change(before: list[Rows], after: list[Rows]) -> float:
-    """Largest change of a fraction in any row [1]."""
+@dataclass(frozen=True)
+class _Round:
+    """Recordings with fixed fractions, and the model linearised there.
+
+    Attributes:
+        fixed: recordings, whose fractions follow no resistance.
+        base: drivers of the model, by name, each of shape (recordings, rows).
+        slopes: slope of the resistance over the fraction, by place of the spring [ohm], of the same shape.
+    """
+
+    fixed: list[Rows]
+    base: dict[str, np.ndarray]
+    slopes: dict[int, np.ndarray]
+
+    def of(self, j: int) -> tuple[dict[str, np.ndarray], dict[int, np.ndarray]]:
+        """Drivers and slopes of recording j without padding; NaN in rows without an equilibrium."""
+        count = len(self.fixed[j].mask)
+        cut = lambda columns: {name: x[j, :count] for name, x in columns.items()}  # noqa: E731
+        return cut(self.base), cut(self.slopes)
+
+
+def _linearised(
+    fixed: list[Rows],
+    wired: Sequence[tuple[int, int]],
+    evaluate: Callable[[list[Rows]], dict[str, np.ndarray]],
+) -> _Round:
+    """The model at fixed fractions, with slopes by finite differences."""
+    base, slopes = evaluate(fixed), {}
+    for k, n in wired:
+        perturbed = evaluate([_perturbed(rows, k) for rows in fixed])
+        slopes[k] = (perturbed[f"ohms_{n}"] - base[f"ohms_{n}"]) / (perturbed[f"xi0_{n}"] - base[f"xi0_{n}"])
+    return _Round(fixed, base, slopes)
+
+
+def _finite(slope: np.ndarray) -> np.ndarray:
+    """The same slopes with zero in rows without an equilibrium."""
+    return np.nan_to_num(slope, posinf=0.0, neginf=0.0)
+
+
+def _largest_changes(before: list[Rows], after: list[Rows]) -> np.ndarray:
+    """Largest change of a fraction in any row of each recording [1]."""
     pairs = zip(before, after, strict=True)
-    return max(float(np.max(np.abs(np.subtract(b.extra["xi0"], a.extra["xi0"])))) for b, a in pairs)
+    return np.array([np.max(np.abs(np.subtract(b.extra["xi0"], a.extra["xi0"]))) for b, a in pairs])
+
+
+def _chosen(
+    rounds: Sequence[_Round], j: int, ended: bool, wired: Sequence[tuple[int, int]]
+) -> tuple[Rows, dict[str, np.ndarray], dict[int, np.ndarray], bool]:
+    """Recording j, its drivers and slopes, and whether its rounds ended at a solution.
+
+    They are of its last round, or else of the one that misses its resistances least.
+    """
+    chosen = rounds[-1] if ended else min(rounds[1:], key=lambda one: _misfit(one, j, wired))
+    return chosen.fixed[j], *chosen.of(j), ended
+
+
+def _misfit(found: _Round, j: int, wired: Sequence[tuple[int, int]]) -> tuple[int, float]:
+    """Number of rows of recording j without an equilibrium, and how far the others miss their resistances.
+
+    The latter is a sum of squares, in standard deviations of a reading.
+    """
+    rows, (base, _) = found.fixed[j], found.of(j)
+    read = {k: np.asarray(rows.inputs[f"resistance_{n}"]) - base[f"ohms_{n}"] for k, n in wired}
+    missed = np.array([x / noise_of(rows, k) for k, x in read.items() if noise_of(rows, k) > 0.0])
+    return int(np.sum(~np.isfinite(missed))), float(np.nansum(missed**2))
+
+
+def _followed(
+    rows: Rows,
+    base: Mapping[str, np.ndarray],
+    slopes: Mapping[int, np.ndarray],
+    ended: bool,
+    wired: Sequence[tuple[int, int]],
+) -> Rows:
+    """A recording whose fractions follow its resistances from the given ones on."""
+    reading = {
+        name: tuple(np.nan_to_num(base[f"{name}_{n}"]) for n in rows.extra["layout"].spring_numbers)
+        for name in ("ohms", "gamma")
+    }
+    gain, coupled = ([np.zeros(len(rows.mask)) for _ in reading["gamma"]] for _ in range(2))
+    for k, n in wired:
+        gain[k], coupled[k] = _gains(rows, k, n, reading["gamma"][k], _finite(slopes[k]))
+    columns = {"gain": tuple(gain), "coupled_gain": tuple(coupled), **reading}
+    return replaced(rows, **columns, **{UNSETTLED: np.asarray(not ended)})
 
 
 def _gains(
@@ -147,15 +217,28 @@ def _perturbed(rows: Rows, k: int) -> Rows:
     return replaced(rows, xi0=tuple(xi0))
 
 
-def _smoothed(rows: Rows, k: int, number: int, ohms: np.ndarray, slope: np.ndarray) -> Rows:
-    """One round of smoothing of spring k's fraction. Rows without an equilibrium keep their fraction."""
-    if not float(rows.extra[f"noise_resistance_{number}"]) > 0.0:
-        return rows
-    count = len(rows.mask)
-    before, read = np.asarray(rows.extra["xi0"][k]), np.asarray(rows.inputs[f"resistance_{number}"])
-    least = FLATTEST * float(np.median(read))
-    slope = np.nan_to_num(slope[:count])
-    slope = np.where(np.abs(slope) < least, least, slope)
-    step = np.clip(np.nan_to_num((read - ohms[:count]) / slope), -LONGEST, LONGEST)
-    after = np.clip(smooth_walk(np.asarray(rows.time), before + step, slope**2), 0.0, 1.0)
-    return replaced(rows, xi0=tuple(after if j == k else x for j, x in enumerate(rows.extra["xi0"])))
+def _smoothed(
+    rows: Rows,
+    wired: Sequence[tuple[int, int]],
+    base: Mapping[str, np.ndarray],
+    slopes: Mapping[int, np.ndarray],
+) -> Rows:
+    """One round of smoothing of all fractions. Rows without an equilibrium follow their neighbours.
+
+    The noise of a resistance is known. If it were estimated from the walk, the fractions of a spring that is
+    heated through in a few rows could pass for noise. All rows then got one fraction, from which the rounds
+    went back: a cycle of seven.
+    """
+    for k, n in wired:
+        noise = noise_of(rows, k)
+        if not noise > 0.0:
+            continue
+        before, read = np.asarray(rows.extra["xi0"][k]), np.asarray(rows.inputs[f"resistance_{n}"])
+        least = FLATTEST * float(np.median(read))
+        slope = _finite(slopes[k])
+        slope = np.where(np.abs(slope) < least, least, slope)
+        step = np.clip(np.nan_to_num((read - base[f"ohms_{n}"]) / slope), -LONGEST, LONGEST)
+        walk = smooth_walk(np.asarray(rows.time), before + step, (slope / noise) ** 2, known=True)
+        after = np.clip(walk, 0.0, 1.0)
+        rows = replaced(rows, xi0=tuple(after if i == k else x for i, x in enumerate(rows.extra["xi0"])))
+    return rows

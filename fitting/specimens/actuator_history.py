@@ -22,7 +22,7 @@ from pneusma_jax.pipeline import Effect
 from pneusma_jax.simulate.tracking import track_history
 
 from .actuator_data import undecided_rows_for
-from .actuator_followed import FollowedPhase, settled
+from .actuator_followed import UNSETTLED, FollowedPhase, settled
 from .actuator_phase import BEGIN
 from .actuator_rows import body_of
 from .latent import Drivers, LatentStates
@@ -43,7 +43,7 @@ def hidden_rows_for(campaign: Campaign, **tables: Any) -> list[Rows]:
 
 
 def _hidden(rows: Rows, recording: Recording) -> Rows:
-    extra = {name: x for name, x in rows.extra.items() if name not in (*FOLLOWING, "sd")}
+    extra = {name: x for name, x in rows.extra.items() if name not in (*FOLLOWING, UNSETTLED, "sd")}
     numbers_ = extra["layout"].spring_numbers
     begin = {n: BEGIN if float(rows.extra.get(f"noise_resistance_{n}", 0.0)) > 0.0 else 1.0 for n in numbers_}
     extra["xi0"] = tuple(np.full(len(rows.mask), begin[n]) for n in numbers_)

@@ -102,12 +102,12 @@ def _with_start(rows: Rows, wired: Sequence[int]) -> Rows:
     """A recording whose measured springs start from earlier fractions, or from `BEGIN`."""
     xi0 = list(rows.extra["xi0"])
     for k in wired:
-        if _noise(rows, k) > 0.0 and not np.any(rows.extra["sd"][k] > 0.0):
+        if noise_of(rows, k) > 0.0 and not np.any(rows.extra["sd"][k] > 0.0):
             xi0[k] = np.full(len(rows.mask), BEGIN)
     return replaced(rows, xi0=tuple(xi0))
 
 
-def _noise(rows: Rows, k: int) -> float:
+def noise_of(rows: Rows, k: int) -> float:
     """Standard deviation of a reading of spring k's resistance [ohm]; 0 where it was not measured."""
     number = rows.extra["layout"].spring_numbers[k]
     stated = float(rows.extra[f"noise_resistance_{number}"])
@@ -131,7 +131,7 @@ OUTPUTS = ("curvature", "bend_angle", "length", "bend_direction")
 
 def _smoothed(rows: Rows, k: int, ohms: np.ndarray, slope: np.ndarray) -> tuple[Rows, float]:
     """One smoothing round for one spring of one recording, and the largest change of its fraction."""
-    if _noise(rows, k) == 0.0:
+    if noise_of(rows, k) == 0.0:
         return rows, 0.0
     count = len(rows.mask)
     before, number = np.asarray(rows.extra["xi0"][k]), rows.extra["layout"].spring_numbers[k]
@@ -167,7 +167,7 @@ def _with_gain(
     values: Mapping[str, Array], rows: Rows, k: int, current: Solved, slope: np.ndarray, number: int
 ) -> Rows:
     """A recording with the gain and uncertainty of spring k's fraction."""
-    noise, count = _noise(rows, k), len(rows.mask)
+    noise, count = noise_of(rows, k), len(rows.mask)
     ohms = tuple(np.asarray(current.ohms[number][j][:count]) for j in range(len(rows.extra["xi0"])))
     if noise == 0.0:
         return replaced(rows, ohms=ohms)

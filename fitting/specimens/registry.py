@@ -143,6 +143,17 @@ def _predictor_of(model: Model) -> Callable[[Mapping[str, Array], Rows], dict[st
     return jax.jit(predict)
 
 
+@functools.cache
+def drivers_of(model: Model) -> Callable[[Mapping[str, Array], Rows], dict[str, Array]]:
+    """Compiled drivers of a stack of recordings under a model: `drivers(values, stacked)`; see
+    `Specimen.answer`."""
+
+    def drivers(values: Mapping[str, Array], stacked: Rows) -> dict[str, Array]:
+        return of_each(model, lambda rows: model.answer(values, rows)[1], stacked)
+
+    return jax.jit(drivers)
+
+
 def derivative_of(
     kind: str | Model,
 ) -> Callable[[Mapping[str, Array], Mapping[str, Array], Rows], dict[str, Array]]:

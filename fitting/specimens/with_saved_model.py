@@ -8,7 +8,6 @@ import dataclasses
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -34,7 +33,7 @@ from .input_noise import have_driver_noise, with_effective_variance
 from .model_parameters import effect_parameter, start_from
 from .priors import FIT
 from .reduction import thinned
-from .registry import of_each, specimen_of
+from .registry import drivers_of, of_each, specimen_of
 from .rows import MARK, MOST_ROWS, Rows, stack, with_numbers
 from .saved_models import AddedDiscrepancy, AddedEffect, AugmentedModel, diagnosed_title
 from .silicones import FACTOR
@@ -391,11 +390,10 @@ class Augmented(Model):
             return with_effective_variance(self, values, recordings)
         if not self.more_than_base:
             return self.specimen.decided(values, recordings)
-        program = eqx.filter_jit(lambda values, stacked: of_each(self, partial(self.answer, values), stacked))
         point = as_arrays(values)
 
         def drivers(rows: list[Rows]) -> dict[str, np.ndarray]:
-            return jax.device_get(program(point, stack(rows))[1])
+            return jax.device_get(drivers_of(self)(point, stack(rows)))
 
         return self.specimen.latent.settled(recordings, drivers)
 

@@ -27,6 +27,8 @@ SHORTER = 0.1
 """Such a step that is taken in place of a longer one."""
 TRIES = 4
 """Maximum number of steps. Each is a tenth of the last or less, where the prediction jumps."""
+SHORTEST = 1e-9
+"""Minimum step of a derivative, as a share of the parameter's value. Equilibria are solved to 1e-10."""
 CONSIDERED = 0.1
 """Step of a constant that is held, as a share of its prior's 1-sigma."""
 NOTHING = 0.98
@@ -39,7 +41,8 @@ class Repeat:
 
     Attributes:
         name: name of the recording.
-        information: expected gain about all free parameters [nats].
+        information: expected gain about all free parameters within whose error the prediction does not jump
+            [nats].
         shrinks: parameters whose error bar it shrinks most, with the ratio after to before, the most first.
     """
 
@@ -132,17 +135,20 @@ def _slopes(fit: GeneralFit, entry: Parameter, size: float) -> tuple[list[dict[s
 
     It comes from two predictions inside the bounds, no further from the fit than the error that it gives. A
     prediction that jumps there gives a smaller error, the closer they are. Then the derivative at the fit
-    counts, as it does where a search inside a prediction would falsify a difference.
+    counts, as it does where a search inside a prediction would falsify a difference. Predictions closer than
+    `SHORTEST` would differ by rounding alone.
     """
     if fit.model.searches:
         return fit.derivative(entry.name), True
-    step = STEP * size
+    step, shortest = STEP * size, SHORTEST * abs(entry.value)
     for _ in range(TRIES):
         slopes = _difference(fit, entry, step)
         error = _error_alone(fit, slopes)
         if step <= LONGEST * error or entry.at_bound:
             return slopes, True
         step = SHORTER * min(error, step)
+        if step < shortest:
+            break
     return fit.derivative(entry.name), False
 
 
@@ -176,11 +182,14 @@ def _column_of(weight: np.ndarray, slope: np.ndarray) -> np.ndarray:
 
 
 def repeats(fit: GeneralFit, fisher: Information, each: Sequence[np.ndarray]) -> list[Repeat]:
-    """Every recording as if it were measured once more, the most informative first."""
+    """Every recording as if it were measured once more, the most informative first.
+
+    Only parameters whose slopes describe an error count.
+    """
     now, found = fisher.sd(), []
     for recording, more in zip(fit.recordings, each, strict=True):
         ratio = np.where(now > 0.0, fisher.sd(more) / np.where(now > 0.0, now, 1.0), 1.0)
-        order = [k for k in np.argsort(ratio) if ratio[k] < NOTHING and not fisher.fixed[k]]
+        order = [k for k in np.argsort(ratio) if ratio[k] < NOTHING and fisher.told[k]]
         shrinks = tuple((fisher.names[k], float(ratio[k])) for k in order[:4])
         found.append(Repeat(recording.name, fisher.gain(more), shrinks))
     return sorted(found, key=lambda repeat: -repeat.information)

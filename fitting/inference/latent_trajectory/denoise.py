@@ -19,7 +19,10 @@ ROUNDS = 20  # Maximum number of linearisations of the resistance about the last
 LONGEST = 0.1  # Maximum step of a fraction in a round; near full heat the tangent is too flat for a full step
 SETTLED = 1e-3  # Maximum step at which the rounds end
 PROCESS_NOISES = np.geomspace(1e-8, 1e4, 49)
-"""Candidate variances of the walk per second, over that of one reading."""
+"""Candidate variances of the walk per second, over that of the most precise reading."""
+KNOWN_NOISE = np.geomspace(1e-8, 1e12, 81)
+"""The same where the noise of readings is known. A fraction that falls by 0.5 in 3 s, read to 1e-4, has a
+ratio of 1e7."""
 OUTLIER = 10.0  # Minimum deviation of an outlier from the walk, in units of the resistance's noise
 MOST_OUTLIERS = 0.05  # Maximum share of outliers
 LEAST_SLOPE = 1e-6
@@ -85,32 +88,48 @@ def denoised(time: np.ndarray, values: np.ndarray) -> np.ndarray:
     return result
 
 
-def smooth_walk(time: np.ndarray, values: np.ndarray, precision: np.ndarray) -> np.ndarray:
+def smooth_walk(
+    time: np.ndarray, values: np.ndarray, precision: np.ndarray, known: bool = False
+) -> np.ndarray:
     """Random walk behind noisy readings, by Kalman filter and Rauch-Tung-Striebel smoother.
+
+    A walk with few large steps looks like noise about a constant to a model that must estimate its noise. If
+    the noise is known, it cannot.
 
     Args:
         time: time, ascending, shape (n,).
         values: readings, shape (n,).
-        precision: precision of each reading, up to a common factor, which is estimated; positive, shape (n,).
+        precision: precision of each reading; positive, shape (n,).
+        known: true if the precisions are inverse variances of the readings. By default a common factor on
+            them is unknown and is estimated.
 
     Returns:
         Mean of the walk at each reading, shape (n,).
     """
     steps = np.diff(time, prepend=time[0])
-    precision = precision / precision.max()
-    _, _, likelihood = _filter(steps, values, precision, PROCESS_NOISES)
-    process_noise = PROCESS_NOISES[[np.argmax(likelihood)]]
-    mean, variance, _ = (x[..., 0] for x in _filter(steps, values, precision, process_noise))
+    best = precision.max()
+    precision, candidates = precision / best, KNOWN_NOISE if known else PROCESS_NOISES
+    scale = 1.0 / best if known else None
+    _, _, likelihood = _filter(steps, values, precision, candidates, scale)
+    process_noise = candidates[[np.argmax(likelihood)]]
+    mean, variance, _ = (x[..., 0] for x in _filter(steps, values, precision, process_noise, scale))
     for k in range(len(values) - 2, -1, -1):
         gain = variance[k] / (variance[k] + process_noise[0] * steps[k + 1])
         mean[k] += gain * (mean[k + 1] - mean[k])
     return mean
 
 
-def _filter(steps: np.ndarray, values: np.ndarray, precision: np.ndarray, process_noise: np.ndarray) -> tuple:
+def _filter(
+    steps: np.ndarray,
+    values: np.ndarray,
+    precision: np.ndarray,
+    process_noise: np.ndarray,
+    scale: float | None = None,
+) -> tuple:
     """Filtered mean and variance, shape (n, candidates), and the log-likelihood of each candidate.
 
-    Variances are in units of that of a reading of precision 1, which is profiled out of the likelihood.
+    Variances are in units of that of a reading of precision 1: `scale`. If it is None, it is profiled out of
+    the likelihood.
     """
     count = len(values)
     means, variances = np.empty((2, count, len(process_noise)))
@@ -128,4 +147,5 @@ def _filter(steps: np.ndarray, values: np.ndarray, precision: np.ndarray, proces
         logs += np.log(spread)
         means[k], variances[k] = mean, variance
     floor = np.finfo(float).tiny
-    return means, variances, -0.5 * (logs + (count - 1) * np.log(np.maximum(squares, floor)))
+    misfit = (count - 1) * np.log(np.maximum(squares, floor)) if scale is None else squares / scale
+    return means, variances, -0.5 * (logs + misfit)

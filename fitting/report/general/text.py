@@ -14,6 +14,7 @@ from fitting.inference.noise import OVERSTATED, overstated_sentence
 from fitting.inference.notes import joined
 from fitting.inference.numbers import number
 from fitting.specimens import BY_TEMPERATURE, WIRE, kind_of, specimen_of
+from fitting.specimens.actuator_followed import UNSETTLED
 from fitting.specimens.spring_by_temperature import ELECTRICAL
 from pneusma_jax.effects import find_effect
 from pneusma_jax.errors import counted
@@ -230,12 +231,12 @@ def _rms(value: float, column: str) -> str:
 
 
 def warnings(result: GeneralCharacterisation) -> list[str]:
-    """Warnings: bounds, parameters that never moved, fits that did not end well."""
+    """Warnings: bounds, parameters that never moved, fits that did not end well, errors that are unknown."""
     sentences = [*wires.warnings(result)] if result.specimen is WIRE else []
     sentences += _grouped_warnings(result.identifiability, set(result.unseen))
     if not result.fit.result.success:
         sentences.append(f"The fit did not end well. {result.fit.result.status.value}")
-    sentences += _without_error(result)
+    sentences += _unsettled(result) + _without_error(result)
     ends = [x for x in result.fit.starts if x == x]
     best = min(ends, default=0.0)
     if len(ends) > 1 and sum(x < best + 1.0 for x in ends) == 1:
@@ -250,13 +251,26 @@ def warnings(result: GeneralCharacterisation) -> list[str]:
 
 
 def _without_error(result: GeneralCharacterisation) -> list[str]:
-    """Sentence on constants that have no error, because the misfit jumps within it."""
+    """Sentences on constants that have no error, because the misfit jumps within it."""
     found = [name for name in result.information.jumping if not result.parameters[name].interval]
     if not found:
         return []
     return [
         f"No error of {joined(found)} is quoted: the misfit jumps so near to the fit that its slope there "
-        "says nothing about an interval. `pneusma posterior` samples the misfit itself."
+        "says nothing about an interval. `pneusma posterior` samples the misfit itself. The errors of the "
+        f"other constants allow for other values of {joined(found)}, but for no jump."
+    ]
+
+
+def _unsettled(result: GeneralCharacterisation) -> list[str]:
+    """Sentence on recordings whose martensite fractions ended at no solution."""
+    pairs = zip(result.fit.recordings, result.fit.rows, strict=True)
+    found = [recording.name for recording, rows in pairs if np.any(rows.extra.get(UNSETTLED, False))]
+    if not found:
+        return []
+    return [
+        f"The martensite fractions of {joined(found)} did not settle under this model. Those are used that "
+        "come closest to the measured resistances. Errors of constants do not count this."
     ]
 
 
