@@ -14,12 +14,21 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array
 
-from fitting.inference.latent_trajectory.denoise import smooth_walk
 from pneusma_jax.nitinol import Alloy
 from pneusma_jax.nitinol.resistivity import PhaseReading
 from pneusma_jax.pipeline import PLAIN, Pipeline
 
-from .actuator_phase import BLIND, FLATTEST, LONGEST, NUDGE, ROUNDS, SETTLED, noise_of, replaced
+from .actuator_phase import (
+    BLIND,
+    NUDGE,
+    ROUNDS,
+    SETTLED,
+    largest_change,
+    noise_of,
+    relaxed,
+    replaced,
+    smoothed,
+)
 from .actuator_rows import body_of
 from .rows import Rows, numbers
 
@@ -91,10 +100,12 @@ def settled(recordings: list[Rows], evaluate: Callable[[list[Rows]], dict[str, n
     ]
     rounds = [_linearised(fixed, wired, evaluate)]
     for _ in range(ROUNDS):
-        after = [_smoothed(rows, wired, *rounds[-1].of(j)) for j, rows in enumerate(rounds[-1].fixed)]
-        end = _largest_changes(rounds[-1].fixed, after) < SETTLED
+        last, before = rounds[max(len(rounds) - 2, 0)].fixed, rounds[-1].fixed
+        after = [_smoothed(rows, wired, *rounds[-1].of(j)) for j, rows in enumerate(before)]
+        after = [relaxed(*three) for three in zip(last, before, after, strict=True)]
+        end = [change < SETTLED for change in map(largest_change, before, after)]
         rounds.append(_linearised(after, wired, evaluate))
-        if end.all():
+        if all(end):
             break
     return [_followed(*_chosen(rounds, j, end[j], wired), wired) for j in range(len(recordings))]
 
@@ -136,12 +147,6 @@ def _linearised(
 def _finite(slope: np.ndarray) -> np.ndarray:
     """The same slopes with zero in rows without an equilibrium."""
     return np.nan_to_num(slope, posinf=0.0, neginf=0.0)
-
-
-def _largest_changes(before: list[Rows], after: list[Rows]) -> np.ndarray:
-    """Largest change of a fraction in any row of each recording [1]."""
-    pairs = zip(before, after, strict=True)
-    return np.array([np.max(np.abs(np.subtract(b.extra["xi0"], a.extra["xi0"]))) for b, a in pairs])
 
 
 def _chosen(
@@ -223,22 +228,9 @@ def _smoothed(
     base: Mapping[str, np.ndarray],
     slopes: Mapping[int, np.ndarray],
 ) -> Rows:
-    """One round of smoothing of all fractions. Rows without an equilibrium follow their neighbours.
-
-    The noise of a resistance is known. If it were estimated from the walk, the fractions of a spring that is
-    heated through in a few rows could pass for noise. All rows then got one fraction, from which the rounds
-    went back: a cycle of seven.
-    """
+    """One round of smoothing of all fractions. Rows without an equilibrium follow their neighbours."""
     for k, n in wired:
-        noise = noise_of(rows, k)
-        if not noise > 0.0:
-            continue
-        before, read = np.asarray(rows.extra["xi0"][k]), np.asarray(rows.inputs[f"resistance_{n}"])
-        least = FLATTEST * float(np.median(read))
-        slope = _finite(slopes[k])
-        slope = np.where(np.abs(slope) < least, least, slope)
-        step = np.clip(np.nan_to_num((read - base[f"ohms_{n}"]) / slope), -LONGEST, LONGEST)
-        walk = smooth_walk(np.asarray(rows.time), before + step, (slope / noise) ** 2, known=True)
-        after = np.clip(walk, 0.0, 1.0)
-        rows = replaced(rows, xi0=tuple(after if i == k else x for i, x in enumerate(rows.extra["xi0"])))
+        if noise_of(rows, k) > 0.0:
+            missed = np.nan_to_num(np.asarray(rows.inputs[f"resistance_{n}"]) - base[f"ohms_{n}"])
+            rows = smoothed(rows, k, missed, _finite(slopes[k]))
     return rows

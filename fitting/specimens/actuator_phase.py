@@ -84,18 +84,37 @@ def decided(values: Mapping[str, float], recordings: Sequence[Rows]) -> list[Row
     found = [_with_start(rows, wired) for rows in recordings]
     if not wired:
         return found
+    last: list[Rows] = found
     for _ in range(ROUNDS):
         stacked = _without_gains(stack(found))
         current = jax.device_get(_solve(values, stacked))
-        slopes = [_slopes(values, stacked, current, k) for k in wired]
-        change = 0.0
-        for k, (_, slope) in zip(wired, slopes, strict=True):
+        before, found = found, list(found)
+        for k in wired:
+            _, slope = _slopes(values, stacked, current, k)
             for number, rows in enumerate(found):
-                found[number], largest_step = _smoothed(rows, k, current.ohms[number][k], slope[number])
-                change = max(change, largest_step)
-        if change < SETTLED:
+                found[number] = _smoothed(rows, k, current.ohms[number][k], slope[number])
+        found = [relaxed(*three) for three in zip(last, before, found, strict=True)]
+        if max(map(largest_change, before, found)) < SETTLED:
             break
+        last = before
     return _with_gains(values, found, wired)
+
+
+def relaxed(last: Rows, before: Rows, after: Rows) -> Rows:
+    """A recording after a round, half of whose step is taken if it goes back on the step before.
+
+    A wire remembers its least fraction. So its resistance has another slope over fractions of single rows
+    than over those of all. By the latter, rounds went to and fro by 0.002 in a cold spring.
+    """
+    step = np.subtract(after.extra["xi0"], before.extra["xi0"])
+    if np.sum(step * np.subtract(before.extra["xi0"], last.extra["xi0"])) >= 0.0:
+        return after
+    return replaced(after, xi0=tuple(np.asarray(before.extra["xi0"]) + 0.5 * step))
+
+
+def largest_change(before: Rows, after: Rows) -> float:
+    """Largest change of a fraction in any row of a recording [1]."""
+    return float(np.max(np.abs(np.subtract(after.extra["xi0"], before.extra["xi0"]))))
 
 
 def _with_start(rows: Rows, wired: Sequence[int]) -> Rows:
@@ -129,19 +148,34 @@ def _slopes(
 OUTPUTS = ("curvature", "bend_angle", "length", "bend_direction")
 
 
-def _smoothed(rows: Rows, k: int, ohms: np.ndarray, slope: np.ndarray) -> tuple[Rows, float]:
-    """One smoothing round for one spring of one recording, and the largest change of its fraction."""
+def _smoothed(rows: Rows, k: int, ohms: np.ndarray, slope: np.ndarray) -> Rows:
+    """One smoothing round for one spring of one recording."""
     if noise_of(rows, k) == 0.0:
-        return rows, 0.0
-    count = len(rows.mask)
-    before, number = np.asarray(rows.extra["xi0"][k]), rows.extra["layout"].spring_numbers[k]
+        return rows
+    number = rows.extra["layout"].spring_numbers[k]
     read = np.asarray(rows.inputs[f"resistance_{number}"])
-    least = FLATTEST * float(np.median(read))
-    slope = np.where(np.abs(slope[:count]) < least, least, slope[:count])
-    step = np.clip((read - ohms[:count]) / slope, -LONGEST, LONGEST)
-    after = np.clip(smooth_walk(np.asarray(rows.time), before + step, slope**2), 0.0, 1.0)
-    xi0 = tuple(after if j == k else x for j, x in enumerate(rows.extra["xi0"]))
-    return replaced(rows, xi0=xi0), float(np.max(np.abs(after - before)))
+    return smoothed(rows, k, read - ohms[: len(rows.mask)], slope[: len(rows.mask)])
+
+
+def smoothed(rows: Rows, k: int, missed: np.ndarray, slope: np.ndarray) -> Rows:
+    """A recording with spring k's fractions after one Newton step, smoothed.
+
+    The noise of a resistance is known. If it were estimated from the walk, the fractions of a spring that is
+    heated through in a few rows could pass for noise. All rows then got one fraction, from which the rounds
+    went back: a cycle of seven.
+
+    Args:
+        rows: recording; k: place of the spring.
+        missed: measured resistance less the predicted one [ohm], shape (rows,).
+        slope: slope of the resistance over the fraction [ohm], shape (rows,).
+    """
+    before, number = np.asarray(rows.extra["xi0"][k]), rows.extra["layout"].spring_numbers[k]
+    least = FLATTEST * float(np.median(np.asarray(rows.inputs[f"resistance_{number}"])))
+    slope = np.where(np.abs(slope) < least, least, slope)
+    step = np.clip(missed / slope, -LONGEST, LONGEST)
+    walk = smooth_walk(np.asarray(rows.time), before + step, (slope / noise_of(rows, k)) ** 2, known=True)
+    after = np.clip(walk, 0.0, 1.0)
+    return replaced(rows, xi0=tuple(after if j == k else x for j, x in enumerate(rows.extra["xi0"])))
 
 
 def _with_gains(values: Mapping[str, Array], found: list[Rows], wired: Sequence[int]) -> list[Rows]:
