@@ -21,8 +21,8 @@ SETTLED = 1e-3  # Maximum step at which the rounds end
 PROCESS_NOISES = np.geomspace(1e-8, 1e4, 49)
 """Candidate variances of the walk per second, over that of the most precise reading."""
 KNOWN_NOISE = np.geomspace(1e-8, 1e12, 81)
-"""The same where the noise of readings is known. A fraction that falls by 0.5 in 3 s, read to 1e-4, has a
-ratio of 1e7."""
+"""The same where the noise of readings is known within a factor. A fraction that falls by 0.5 in 3 s, read to
+1e-4, has a ratio of 1e7."""
 OUTLIER = 10.0  # Minimum deviation of an outlier from the walk, in units of the resistance's noise
 MOST_OUTLIERS = 0.05  # Maximum share of outliers
 LEAST_SLOPE = 1e-6
@@ -89,30 +89,30 @@ def denoised(time: np.ndarray, values: np.ndarray) -> np.ndarray:
 
 
 def smooth_walk(
-    time: np.ndarray, values: np.ndarray, precision: np.ndarray, known: bool = False
+    time: np.ndarray, values: np.ndarray, precision: np.ndarray, within: float = np.inf
 ) -> np.ndarray:
     """Random walk behind noisy readings, by Kalman filter and Rauch-Tung-Striebel smoother.
 
     A walk with few large steps looks like noise about a constant to a model that must estimate its noise. If
-    the noise is known, it cannot.
+    the noise is known within a factor, it cannot.
 
     Args:
         time: time, ascending, shape (n,).
         values: readings, shape (n,).
         precision: precision of each reading; positive, shape (n,).
-        known: true if the precisions are inverse variances of the readings. By default a common factor on
-            them is unknown and is estimated.
+        within: factor, up or down, within which the roots of the precisions are those of the noise. A common
+            factor is estimated in this range. By default only their ratios are known.
 
     Returns:
         Mean of the walk at each reading, shape (n,).
     """
     steps = np.diff(time, prepend=time[0])
     best = precision.max()
-    precision, candidates = precision / best, KNOWN_NOISE if known else PROCESS_NOISES
-    scale = 1.0 / best if known else None
-    _, _, likelihood = _filter(steps, values, precision, candidates, scale)
+    precision, candidates = precision / best, KNOWN_NOISE if np.isfinite(within) else PROCESS_NOISES
+    sizes = (1.0 / (best * within**2), within**2 / best)
+    _, _, likelihood = _filter(steps, values, precision, candidates, sizes)
     process_noise = candidates[[np.argmax(likelihood)]]
-    mean, variance, _ = (x[..., 0] for x in _filter(steps, values, precision, process_noise, scale))
+    mean, variance, _ = (x[..., 0] for x in _filter(steps, values, precision, process_noise, sizes))
     for k in range(len(values) - 2, -1, -1):
         gain = variance[k] / (variance[k] + process_noise[0] * steps[k + 1])
         mean[k] += gain * (mean[k + 1] - mean[k])
@@ -124,12 +124,12 @@ def _filter(
     values: np.ndarray,
     precision: np.ndarray,
     process_noise: np.ndarray,
-    scale: float | None = None,
+    sizes: tuple[float, float],
 ) -> tuple:
     """Filtered mean and variance, shape (n, candidates), and the log-likelihood of each candidate.
 
-    Variances are in units of that of a reading of precision 1: `scale`. If it is None, it is profiled out of
-    the likelihood.
+    Variances are in units of that of a reading of precision 1. It is profiled out of the likelihood, between
+    the two `sizes`.
     """
     count = len(values)
     means, variances = np.empty((2, count, len(process_noise)))
@@ -146,6 +146,6 @@ def _filter(
         squares += surprise**2 / spread
         logs += np.log(spread)
         means[k], variances[k] = mean, variance
-    floor = np.finfo(float).tiny
-    misfit = (count - 1) * np.log(np.maximum(squares, floor)) if scale is None else squares / scale
-    return means, variances, -0.5 * (logs + misfit)
+    size = np.clip(squares / max(count - 1, 1), *sizes)
+    size = np.maximum(size, np.finfo(float).tiny)
+    return means, variances, -0.5 * (logs + (count - 1) * np.log(size) + squares / size)
