@@ -134,14 +134,14 @@ def parameter_table(
 
 
 def estimate_text(estimate: Estimate) -> str:
-    """Value and standard error, or errors to either side; a value at a bound usually has none, nor has one
-    within whose error the prediction jumps."""
+    """Value and standard error, or errors to either side; a value at a bound usually has none."""
     if estimate.curved and 68 in estimate.interval:
         low, high = estimate.interval[68]
         below, above = max(estimate.value - low, 0.0), max(high - estimate.value, 0.0)
         value = told_apart(estimate.value, low, high)[0]
         return f"{value} (-{number(below, '.2g')} +{number(above, '.2g')})"
-    return with_error(estimate.value, estimate.sd if math.isfinite(estimate.sd) else None)
+    without = estimate.at_bound and not math.isfinite(estimate.sd)
+    return with_error(estimate.value, None if without else estimate.sd)
 
 
 def interval_text(estimate: Estimate) -> str:

@@ -86,7 +86,7 @@ def test_a_constant_that_jumps_at_the_fit_has_no_error_and_the_others_have_their
     assert found["stiffness"] > 5.0 * fisher.sd_if_others_were_known()[1]  # the leads count in it
     quoted = estimates(fit.result.parameters, {}, jumping=fisher.jumping)
     assert not np.isfinite(quoted["leads"].sd) and quoted["leads"].interval == {}
-    assert estimate_text(quoted["leads"]) == "0.12" and quoted["stiffness"].sd == 1.0
+    assert estimate_text(quoted["leads"]) == "0.12 ± n/a" and quoted["stiffness"].sd == 1.0
     told = SimpleNamespace(information=fisher, parameters=quoted)
     assert _without_error(told)[0].startswith("No error of leads is quoted: the misfit jumps")
 
