@@ -4,8 +4,9 @@
                                    [--workers 16]
 
 KIND is wire, tube (walls known), tube_walls (walls open), spring (known alloy), spring_open (everything
-open) or actuator. With `_drift` at its end zeros drift by the size of the noise in every recording. Truths
-are drawn from the priors that the fits use. Every campaign is characterised with the defaults of the command.
+open), actuator or actuator_coarse (rows 3 s apart). With `_drift` at its end zeros drift by the size of the
+noise in every recording. Truths are drawn from the priors that the fits use. Every campaign is characterised
+with the defaults of the command.
 Three kinds of interval are compared in the same fits. `bar` is the Gaussian one of the standard error,
 `risen` that of the profile's rise alone, and `quoted` the one that is quoted.
 
@@ -42,6 +43,7 @@ KINDS = {
     "spring": ("spring", {"interval_s": 2.0}),
     "spring_open": ("spring", {"interval_s": 2.0, "spread": "prior"}),
     "actuator": ("actuator", {}),
+    "actuator_coarse": ("actuator", {"interval_s": 3.0}),
 }
 ONE_THREAD = {
     "OPENBLAS_NUM_THREADS": "1",
