@@ -37,11 +37,7 @@ def seeds_of(cell):
     return {seed for part in ends for seed in range(part[0], part[-1] + 1)}
 
 
-RESULTS = {
-    "named_first": "strong single effect named first",
-    "outside_unmodelled": "outside called `unmodelled`",
-    "false_alarms": "nulls called a mismatch",
-}
+RESULTS = {"named_first": "named first", "outside_unmodelled": "outside", "false_alarms": "false alarms"}
 """Rates by which a run is told, the first that any of its cases counts for."""
 
 
