@@ -314,3 +314,27 @@ def test_headings_with_the_number_of_a_channel(put):
     rows = "".join(f"{i};{t};{1e-3 * f};200.0;{x}\n" for i, (t, x, f) in enumerate(LOADS))
     recording = import_file(put("a.csv", head + rows), make_options(dimensions=["gauge_length_mm=25", "area_mm2=18"]))
     assert modulus(recording) == pytest.approx(300.0) and recording.columns["time_s"][-1] == 10.0
+
+
+SIDE_BY_SIDE = "{0},{1},,{0},{1},\n" + "".join(f"{k},{56 + 0.1 * k:.2f},,{k},{56 + 0.15 * k:.2f},\n" for k in range(8))
+
+
+@pytest.mark.parametrize("shape", ["Length (mm)", "Bend angle (deg)", "Curvature (1/m)"])
+@pytest.mark.parametrize("above", ["", "Tube A,,,Tube B,,\n"])
+def test_tubes_and_actuators_side_by_side_are_tests_of_their_own(put, shape, above):
+    first, second = import_tests(put("a.csv", above + SIDE_BY_SIDE.format("Pressure (kPa)", shape)))
+    one, other = (r.columns[next(name for name in r.columns if name not in ("time_s", "pressure_kPa"))] for r in (first, second))
+    np.testing.assert_allclose(one, 56 + 0.1 * np.arange(8))
+    np.testing.assert_allclose(other, 56 + 0.15 * np.arange(8))
+    assert first.specimen != second.specimen and not above or "Tube_A" in first.specimen
+
+
+def test_a_clock_of_its_own_goes_with_each_tube(put):
+    rows = "".join(f"{k},{k},{56 + 0.1 * k:.2f},{3 * k},{k},{56 + 0.2 * k:.2f}\n" for k in range(6))
+    recordings = import_tests(put("a.csv", "Time (s),Pressure (kPa),Length (mm)," * 2 + "\n" + rows))
+    assert [list(r.columns["time_s"][:3]) for r in recordings] == [[0, 1, 2], [0, 3, 6]]
+
+
+def test_two_pressures_and_two_angles_of_one_actuator_are_not_split(put):
+    rows = "".join(f"{k},{k},{2 * k},{0.5 * k},{0.1 * k}\n" for k in range(8))
+    assert len(import_tests(put("a.csv", "Time (s),Pressure 1 (kPa),Pressure 2 (kPa),Bend angle 1 (deg),Bend angle 2 (deg)\n" + rows))) == 1

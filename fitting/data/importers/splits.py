@@ -14,6 +14,7 @@ from .words import meaning
 
 _RESTART = 0.05  # Maximum distance from its start at which a test restarts, as part of the driver's range
 _OUTPUTS = ("stress", "true_stress", "force")
+_SHAPES = ("length", "curvature", "bend_angle", "elongation")
 _DRIVERS = ("strain", "true_strain", "stretch", "elongation", "pressure")
 
 
@@ -85,7 +86,11 @@ def _driver(grid: Grid) -> np.ndarray | None:
 
 
 def _by_groups(grid: Grid) -> list[Part]:
-    """Tests by their group of columns, where stress or load occurs several times."""
+    """Tests by their group of columns, where stress or load occurs several times.
+
+    So do tests of tubes and actuators, if pressure and shape occur equally often under the same headings. An
+    actuator may have several pressures, and lengths of two sides, but not under one name each.
+    """
     meanings = [meaning(heading) for heading in grid.headings]
     columns_of: dict[tuple[str, int], list[int]] = {}
     for column, known in enumerate(meanings):
@@ -99,6 +104,7 @@ def _by_groups(grid: Grid) -> list[Part]:
         for key in repeated
         if key[0] == "strain" and not any(other[0] in _OUTPUTS for other in columns_of)
     ]
+    outputs = outputs or _shapes_under_pressure(grid, columns_of)
     if not outputs or not any(key[0] in (*_DRIVERS, "temperature") for key in columns_of):
         return []
     groups, named = _groups(grid, meanings, repeated, columns_of[outputs[0]])
@@ -126,6 +132,21 @@ def _by_groups(grid: Grid) -> list[Part]:
     for part in parts:
         part.grid.notices += notices
     return parts
+
+
+def _shapes_under_pressure(
+    grid: Grid, columns_of: dict[tuple[str, int], list[int]]
+) -> list[tuple[str, int]]:
+    """Repeated shapes of a tube or an actuator whose pressures are repeated with them, by their headings."""
+    if any(key[0] in (*_OUTPUTS, "strain") for key in columns_of):
+        return []
+    counts = {
+        key: len(columns)
+        for key, columns in columns_of.items()
+        if len(columns) > 1 and len({grid.headings[c].text.casefold() for c in columns}) == 1
+    }
+    pressures = {count for key, count in counts.items() if key[0] == "pressure"}
+    return [key for key, count in counts.items() if key[0] in _SHAPES and count in pressures]
 
 
 def _same_in_another_unit(grid: Grid, column: int, other: int) -> bool:
