@@ -142,8 +142,8 @@ def test_a_bent_beam_is_no_wire_unless_its_surface_is_asked_for(measured):
         ("hyperelastic/Treloar_1944/ET/stress_stretch.txt", "equibiaxial tension; an elastomer recording is uniaxial"),
         ("hyperelastic/Meunier_2008/PS/stress_stretch.txt", "pure shear; an elastomer recording is uniaxial"),
         ("hyperelastic/micro_mechanical_model/James_1975/UT/stress.txt", "one column of numbers"),
-        ("sma_react/cal_sample_1/Data Source.txt", "no known format"),
-        ("README.md", "no known format"),
+        ("sma_react/cal_sample_1/Data Source.txt", "no table of numbers"),
+        ("README.md", "no table of numbers"),
     ],
 )
 def test_files_that_are_recognised_and_refused(measured, file, words):

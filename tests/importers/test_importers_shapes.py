@@ -229,7 +229,7 @@ def test_a_file_that_could_be_two_things_is_left_to_the_person(put):
 
 
 def test_unknown_files_list_what_is_known(put):
-    message = refusal(put("prose.txt", "Dear colleague,\nno numbers here.\n"))
+    message = refusal(put("odd.csv", "a,b,c\n1,2,3\n2,3,4\n3,4,6\n"))
     assert "no known format" in message and all(known.name in message for known in FORMATS)
     assert "is empty" in refusal(put("empty.csv", " \n"))
     assert "neither text nor an Excel workbook" in refusal(put("a.csv", b"\x00\x01\x02\x03binary"))
@@ -283,3 +283,22 @@ def test_a_column_in_seconds_that_does_not_rise_is_no_clock(put):
 def test_columns_of_no_known_format_are_asked_for_with_the_quantities_that_there_are(put):
     with pytest.raises(InputError, match=r"QUANTITY is one of .*temperature.*resistance"):
         import_file(put("run.csv", "foo;bar;baz\n" + "".join(f"{k};{2 * k};{3 * k}\n" for k in range(30))))
+
+
+DISPLACED = "Time (s),Pressure (kPa),Displacement (mm)\n" + "".join(f"{k},{k},{0.02 * k:.2f}\n" for k in range(9))
+
+
+def test_a_tube_is_as_long_as_at_rest_and_by_its_elongation(put):
+    path = put("a.csv", DISPLACED)
+    assert "--kind tube" in refusal(path) and "--dimension length_mm=" in refusal(path)
+    assert "state it with --dimension length_mm=..." in refusal(path, make_options(kind="tube"))
+    recording = import_file(path, make_options(kind="tube", dimensions=["length_mm=56"]))
+    np.testing.assert_allclose(recording.columns["length_mm"], 56 + 0.02 * np.arange(9))
+    assert recording.geometry["length_mm"] == 56
+    stated = import_file(put("b.csv", "Tube length,56 mm\n\n" + DISPLACED), make_options(kind="tube"))
+    np.testing.assert_allclose(stated.columns["length_mm"], recording.columns["length_mm"])
+
+
+@pytest.mark.parametrize("text", ["No;Task;Result\n1;Start;done\n2;Go on;done\n3;Stop;late\n4;Start;done\n", "Only words\nand no number\n"])
+def test_a_file_of_words_is_said_to_have_no_table(put, text):
+    assert "no table of numbers was found in it" in refusal(put("a.csv", text))

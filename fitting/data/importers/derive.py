@@ -1,5 +1,5 @@
-"""Strain, stress and resistance, derived from logged quantities: stretch, extension, load, true strain,
-voltage."""
+"""Strain, stress, length and resistance, derived from logged quantities: stretch, extension, load, true
+strain, voltage."""
 
 from dataclasses import replace
 
@@ -26,7 +26,8 @@ LEAST = 0.2
 def derive(making: Making) -> None:
     """Add the strain and stress of a coupon or wire where they follow from stretch, extension or load.
 
-    A spring's or actuator's resistance follows from a voltage (`circuit`).
+    A spring's or actuator's resistance follows from a voltage (`circuit`), and a tube's length from its
+    elongation.
 
     Strain is stretch - 1, or extension over gauge length, or exp(true strain) - 1. Stress is load over the
     specimen's initial area, or true stress over stretch (incompressible material). If a file has a quantity
@@ -38,6 +39,9 @@ def derive(making: Making) -> None:
     add_resistances(making)
     if making.kind in ("wire", "elastomer"):
         _derive_both(making)
+    shaped = making.channels.keys() & {"length", "curvature", "bend_angle"}
+    if making.kind in ("tube", "actuator") and "elongation" in making.channels and not shaped:
+        _derive_length(making)
     for quantity in making.options.scales:
         _scaled(making, quantity)
 
@@ -101,6 +105,21 @@ def _derive_strain(making: Making) -> None:
             Channel(values, "1", label, made=f"{label!r} over the gauge length of {gauge:g} mm"),
             "elongation",
         )
+
+
+def _derive_length(making: Making) -> None:
+    """Length of a tube or an actuator: that at rest and its elongation."""
+    channel = making.channels["elongation"]
+    sizes = [making.sizes[key].value for key in ("length_mm", "length") if key in making.sizes]
+    rest = making.options.dimensions.get("length_mm", sizes[0] if sizes else None)
+    if rest is None:
+        raise unusable(
+            making.place, f"length needs that of the specimen at rest, to add {channel.label!r} to; state it"
+            f" with --dimension length_mm=...{making.may_state_sizes}",
+        )  # fmt: skip
+    values = rest + in_unit(channel, "mm", "elongation", making.place)
+    made = f"{channel.label!r} and the length at rest of {rest:g} mm"
+    _add(making, "length", Channel(values, "mm", channel.label, made=made), "elongation")
 
 
 def _derive_stress(making: Making) -> None:

@@ -32,6 +32,7 @@ from .options import QUANTITIES, Options
 from .other_headings import advised
 from .parts import Sample, samples_of
 from .raw import formulas_without_values, open_raw
+from .separators import LEAST_ROWS
 from .successive import joined
 from .unmodelled import unmodelled
 
@@ -96,16 +97,18 @@ def detect(sample: Sample) -> Format:
                 raise unusable(sample.raw.path, why)
     if why := formulas_without_values(sample.raw):
         raise unusable(sample.raw.path, why)
+    if sample.grid is None:
+        raise unusable(
+            sample.raw.path, "no table of numbers was found in it, only words; a table has at least"
+            f" {LEAST_ROWS} rows of numbers, and a column for each quantity",
+        )  # fmt: skip
     names = ", ".join(format.name for format in FORMATS)
-    headings = [] if sample.grid is None else [heading.text for heading in sample.grid.headings]
-    columns = f" ({', '.join(repr(text) for text in headings)})" if headings else ""
-    if sample.grid is not None and not headings:
-        columns = f" (without headings, numbers 1 to {sample.grid.values.shape[1]})"
-    advice = ""
-    if sample.grid is not None:
-        found = named_channels(sample.grid)
-        advice = advised(sample.grid.headings, {c.column for c in found.values()}, found)
-        advice = f", {advice}" if advice else ""
+    headings = sample.grid.headings
+    columns = f" ({', '.join(repr(heading.text) for heading in headings)})" if headings else ""
+    columns = columns or f" (without headings, numbers 1 to {sample.grid.values.shape[1]})"
+    found = named_channels(sample.grid)
+    advice = advised(headings, {c.column for c in found.values()}, found)
+    advice = f", {advice}" if advice else ""
     raise unusable(
         sample.raw.path,
         f"no known format; name its columns{columns} with --map QUANTITY=COLUMN{advice},"

@@ -76,8 +76,8 @@ def unmodelled(sample: Sample, channels: dict[str, Channel]) -> UnmodelledTest |
     if "pressure" in channels and channels.keys() & {"force", "elongation", "strain"}:
         other = " and ".join(sorted(channels.keys() & {"force", "elongation", "strain"}))
         sentence = _sentence(f"pressure with {other} is that of a muscle, piston or membrane")
-        if "elongation" in channels:
-            sentence += f"; {length_of(channels['elongation'].label)}"
+        if other == "elongation":
+            sentence += ". Of a tube: --kind tube, and its length at rest, --dimension length_mm=..."
         elif "strain" in channels:
             sentence += "; of a tube write its length in mm into the file: that at rest, times 1 + strain"
         return UnmodelledTest(sentence, False)
