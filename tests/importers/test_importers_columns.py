@@ -167,3 +167,13 @@ def test_a_spring_that_nothing_tells_to_be_one_is_to_be_looked_at(put, headings,
     recording = import_file(raw, make_options())
     assert recording.kind == "spring"
     assert any("check: taken as kind spring" in note for note in recording.notices) != told
+
+
+def test_a_mark_for_no_reading_in_a_column_that_is_not_used_asks_for_nothing(put):
+    flag = np.r_[0.0, 500.0 + 0.1 * np.arange(19)]
+    text = table(["Time (s)", "Strain (%)", "Stress (kPa)", "mocap_7"], TIME, 100 * STRAIN, STRESS, flag)
+    recording = import_file(put("a.csv", text))
+    assert not [c for c in checks(recording) if "mocap_7" in c]
+    assert any("of 'mocap_7'" in note and "no reading" in note for note in recording.notices)
+    spoilt = table(["Time (s)", "Strain (%)", "Stress (kPa)"], TIME, 100 * STRAIN, np.r_[STRESS[:5], -9999.0, STRESS[6:]])
+    assert any("no reading" in c for c in checks(import_file(put("b.csv", spoilt))))

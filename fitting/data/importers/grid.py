@@ -29,6 +29,7 @@ class Grid:
         origins: moment of 0 s of the columns that hold a dated clock, by column (`clocks.EPOCH`) [s].
         read_along: columns that are one with another one, such as the date beside a time of day.
         clocks: columns whose seconds were read from dates or times of day.
+        marked: column of each notice about marks for no reading, by the notice.
         decimal: decimal mark of the numbers.
         below: fields of the lines of text below the last row of numbers.
     """
@@ -47,6 +48,7 @@ class Grid:
     origins: dict[int, float] = field(default_factory=dict)
     read_along: set[int] = field(default_factory=set)
     clocks: set[int] = field(default_factory=set)
+    marked: dict[str, int] = field(default_factory=dict)
     described: str = ""
     decimal: str = "."
     below: list[list[str]] = field(default_factory=list)
@@ -70,6 +72,7 @@ class Grid:
             by_row={k for k, c in enumerate(chosen) if c in self.by_row},
             read_along={k for k, c in enumerate(chosen) if c in self.read_along},
             clocks={k for k, c in enumerate(chosen) if c in self.clocks},
+            marked={text: k for k, c in enumerate(chosen) for text, at in self.marked.items() if at == c},
             described=self.described,
             decimal=self.decimal,
             below=self.below,

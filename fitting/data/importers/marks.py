@@ -47,16 +47,20 @@ def drop_marks(grid: Grid) -> None:
             found = f"check: {found} {grid.rows[int(np.argmax(where))]})"
             gap = float(np.min(np.abs(others - value)))
             if gap > np.ptp(others):
-                grid.notices.append(
+                said = (
                     f"{found} lies farther from all others than these from each other: taken as a mark for no"
                     " reading, so missing"
                 )
                 values[where] = np.nan
             elif not others[0] <= value <= others[-1] and gap > float(np.diff(others).max()):
-                grid.notices.append(
+                said = (
                     f"{found} lies apart from all others and was kept; if it marks no reading, leave these"
                     " fields empty"
                 )
+            else:
+                continue
+            grid.notices.append(said)
+            grid.marked[said] = column
 
 
 def _label(grid: Grid, column: int) -> str:

@@ -55,6 +55,9 @@ def read(sample: Sample, options: Options) -> Recording:
     kind = options.kind or _kind(sample, channels, options)
     if not options.kind:
         notices.append(_taken_as(kind, sample, channels, options))
+    taken = {channel.column for channel in channels.values()}
+    unused = {text for text, column in grid.marked.items() if column not in taken}
+    notices = [text.removeprefix("check: ") if text in unused else text for text in notices]
     notices += notices_of_columns_aside(grid, channels)
     stated = stated_specimen(grid)
     if stated and not options.specimen and not sample.title:

@@ -4,7 +4,6 @@ import re
 from dataclasses import dataclass
 
 from .making import Channel
-from .other_headings import length_of
 from .parts import Sample
 
 KINDS_IN_WORDS = (
