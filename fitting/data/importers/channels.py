@@ -16,7 +16,7 @@ from .clock_columns import refuse_several_clocks
 from .grid import Grid
 from .making import Channel, Making
 from .options import Options
-from .other_headings import columns_by_word, length_of
+from .other_headings import columns_by_word
 from .parts import Sample
 from .spelling import WEIGHTS, Heading, dimension, pressure_zero, same_unit, unit_name
 from .words import meaning
@@ -368,8 +368,6 @@ def _add_constants(columns: dict[str, np.ndarray], making: Making) -> None:
 def _check_present(columns: dict[str, np.ndarray], making: Making) -> None:
     rules = schema.KINDS[making.kind].columns
     others = f"; {making.unrecognised}" if making.unrecognised else ""
-    if "length_mm" in rules.known and "elongation" in making.channels:
-        others += f"; {length_of(making.channels['elongation'].label)}"
     absent = [name for name in rules.required if name not in columns and name != "time_s"]
     constant = " ".join(f"--constant {name}=..." for name in absent)
     if absent:

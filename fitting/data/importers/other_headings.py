@@ -165,17 +165,5 @@ def advised(headings: Sequence[Heading], taken: Collection[int], found: Collecti
     return f"by their units perhaps {' '.join(advice.values())}, or head them {names}" if advice else ""
 
 
-def length_of(change: str) -> str:
-    """Advice where a column is the change of a length, and the length itself is needed.
-
-    Args:
-        change: heading of the column.
-    """
-    return (
-        f"if {change!r} is the change of a tube's length, add its length at rest, such as 56 mm:"
-        f" --kind tube --map length={shlex.quote(change)} --subtract length_mm=-56"
-    )
-
-
 def _others(headings: Sequence[Heading], taken: Collection[int]) -> list[Heading]:
     return [h for column, h in enumerate(headings) if column not in taken and h.text.strip()]
