@@ -123,16 +123,23 @@ def test_stiffness_and_blocking_force_count_effects(design, tmp_path):
     body = build_body(plan, {}, plan.materials())
     (tube,) = body.segments
     side, state = jnp.asarray(tube.side_direction), (np.asarray(30e3), np.full(len(tube.springs), 0.5))
-    solve = jax.jit(lambda own: solve_body(dataclasses.replace(body, segments=(tube.with_loads(*own),)), *state))
-    solved = solve_body(body, *state)
-    bend = lambda size: float(solve([Moment(jnp.asarray(size), side)]).only.bend_angle)  # noqa: E731
-    size, stiffness = 1e-6, float(bending_stiffness(solved, 0))
+
+    def measured(body):
+        solved = solve_body(body, *state)
+        return solved.only.bend_angle, bending_stiffness(solved, 0), blocking_force(solved, 0)
+
+    @jax.jit  # one program for all loads
+    def loaded(size, across):
+        own = Moment(size, side), pj.TipForce(across, tube.section.enclosed_centroid)
+        return measured(dataclasses.replace(body, segments=(tube.with_loads(*own),)))
+
+    bend = lambda size, across=np.zeros(3): float(loaded(size, across)[0])  # noqa: E731
+    size, (angle, stiffness, blocked) = 1e-6, map(float, loaded(0.0, np.zeros(3)))
     assert 2.0 * size / abs(bend(size) - bend(-size)) == pytest.approx(stiffness, rel=1e-5)
-    plain = dataclasses.replace(body, effects=(), gravity=None)
-    assert stiffness > 1.1 * float(bending_stiffness(solve_body(plain, *state), 0))
-    across = jnp.append(side, 0.0) * blocking_force(solved, 0) * jnp.sign(solved.only.bend_angle)
-    straight = solve([pj.TipForce(across, tube.section.enclosed_centroid)]).only.bend_angle
-    assert abs(float(straight)) < 1e-6 * abs(float(solved.only.bend_angle))
+    plain = jax.jit(lambda: measured(dataclasses.replace(body, effects=(), gravity=None)))()
+    assert stiffness > 1.1 * float(plain[1])
+    across = np.append(side, 0.0) * blocked * np.sign(angle)
+    assert abs(bend(0.0, across)) < 1e-6 * abs(angle)
 
 
 def test_instruments_change_no_stiffness(tmp_path):
