@@ -195,9 +195,9 @@ def test_what_a_model_adds_and_where_it_is_not_at_home_is_said(run, contact_mode
     model = contact_model("pneusma1", 0.01)
     used = ("workspace", "--model", model, *COARSE, "--out", tmp_path / "out")
     adds = "note: mine.toml adds tip_contact to the base model"
-    elsewhere = "note: mine.toml was made with the design pneusma1, and its numbers are used with pneusma2 here"
+    elsewhere = "note: mine.toml was made with the design pneusma1, and its numbers are used with pneuflex_s here"
     assert run(*used, "--design", "pneusma1").stderr.splitlines() == [adds]
-    both = run(*used, "--design", "pneusma2", "--design", "pneusma1", "--force")
+    both = run(*used, "--design", "pneuflex_s", "--design", "pneusma1", "--force")
     assert both.stderr.splitlines() == [adds, elsewhere]
     state = run("simulate", "--model", model, "--pressure-kPa", 10)
     assert state.exit_code == 0 and state.stderr.splitlines() == [adds]
