@@ -302,3 +302,9 @@ def test_a_tube_is_as_long_as_at_rest_and_by_its_elongation(put):
 @pytest.mark.parametrize("text", ["No;Task;Result\n1;Start;done\n2;Go on;done\n3;Stop;late\n4;Start;done\n", "Only words\nand no number\n"])
 def test_a_file_of_words_is_said_to_have_no_table(put, text):
     assert "no table of numbers was found in it" in refusal(put("a.csv", text))
+
+
+def test_a_quantity_without_numbers_is_named(put):
+    rows = "".join(f"{k},,{k + 1}\n" for k in range(6))
+    said = refusal(put("a.csv", "Pressure (psi),disp (mm),Valve\n" + rows))
+    assert "no number stands below 'disp (mm)')" in said

@@ -27,6 +27,7 @@ from .assemble import slug
 from .channel_lists import one_channel_a_row
 from .channels import mapped_channels, named_channels
 from .format import Format
+from .grid import Grid
 from .no_table import few_numbers, in_rows, words_for_numbers
 from .options import QUANTITIES, Options
 from .other_headings import advised
@@ -35,6 +36,7 @@ from .raw import formulas_without_values, open_raw
 from .separators import LEAST_ROWS
 from .successive import joined
 from .unmodelled import unmodelled
+from .words import meaning
 
 FORMATS: tuple[Format, ...] = (
     tensile_database.FORMAT,
@@ -99,7 +101,7 @@ def detect(sample: Sample) -> Format:
         raise unusable(sample.raw.path, why)
     if sample.grid is None:
         raise unusable(
-            sample.raw.path, "no table of numbers was found in it, only words; a table has at least"
+            sample.raw.path, "no table of numbers was found in it; a table has at least"
             f" {LEAST_ROWS} rows of numbers, and a column for each quantity",
         )  # fmt: skip
     names = ", ".join(format.name for format in FORMATS)
@@ -109,11 +111,20 @@ def detect(sample: Sample) -> Format:
     found = named_channels(sample.grid)
     advice = advised(headings, {c.column for c in found.values()}, found)
     advice = f", {advice}" if advice else ""
+    if empty := _without_numbers(sample.grid):
+        advice += f" (no number stands below {', '.join(map(repr, empty))})"
     raise unusable(
         sample.raw.path,
         f"no known format; name its columns{columns} with --map QUANTITY=COLUMN{advice},"
         f" where QUANTITY is one of {', '.join(QUANTITIES)}; or see the known formats: {names}",
     )
+
+
+def _without_numbers(grid: Grid) -> list[str]:
+    """Headings of quantities below which every field is blank."""
+    blank = np.isnan(grid.values).all(axis=0)
+    empty = [h for c, h in enumerate(grid.headings) if blank[c] and c not in grid.troubles]
+    return list(dict.fromkeys(h.text for h in empty if meaning(h) is not None))
 
 
 def import_file(path: str | Path, options: Options | None = None) -> Recording:
