@@ -62,9 +62,8 @@ def response_of(study: Study, nominal: Mapping[str, float]) -> Response:
         return expression_response(model, nominal, where)
     augmented = load_model(_place(study, model["model"])) if "model" in model else BASE
     known = {key: value for key, value in augmented.tables.items()}
-    for key in TABLES:
-        if key in model:
-            known[key] = _place(study, model[key])
+    tables, geometry, notices = _tables_and_geometry(model, where)
+    known |= {key: _place(study, name) for key, name in tables.items()}
     if through == "recording":
         return _recording(study, known, augmented, where)
     if describes_chain(known.get("design", "")) != (through == "chain"):
@@ -78,7 +77,6 @@ def response_of(study: Study, nominal: Mapping[str, float]) -> Response:
         return chain_response(chain, rest, augmented, model, _noise_for(study), where)
     if not known.get("design", "pneusma2").endswith(".toml"):
         word_of(known.get("design", "pneusma2"), (*schema.DESIGNS, *examples()), f"{where} design")
-    geometry, notices = _geometry(model, where)
     specimen = described_actuator(None, known | geometry, where)
     response = _of_actuator(study, specimen, augmented, where)
     return replace(response, notices=(*response.notices, *notices))
@@ -128,24 +126,27 @@ def _place(study: Study, name: Any) -> str:
     return str((study.folder / name).resolve()) if is_path else name
 
 
-def _geometry(model: Mapping[str, Any], where: str) -> tuple[dict[str, Any], list[str]]:
-    """Dimensions of the actuator, and notices about tables of constants that are named among them.
+def _tables_and_geometry(
+    model: Mapping[str, Any], where: str
+) -> tuple[dict[str, Any], dict[str, Any], list[str]]:
+    """Tables of constants, dimensions of the actuator, and notices about tables named among dimensions.
 
     Tables stand in `[model]` itself. Studies that name them in its `geometry` are read as well.
 
     Raises:
         InputError: if a table is named in both places, and not alike.
     """
+    tables = {key: model[key] for key in TABLES if key in model}
     geometry, notices = model.get("geometry", {}), []
     if not isinstance(geometry, dict):
         raise InputError(f"{where} geometry must be a table of dimensions, as beside a recording")
     for key in (key for key in TABLES if key in geometry):
-        if model.get(key, geometry[key]) != geometry[key]:
+        if tables.setdefault(key, geometry[key]) != geometry[key]:
             raise InputError(
                 f"{where}: {key} is {model[key]!r} here and {geometry[key]!r} in geometry; keep the first"
             )
         notices.append(f"{key} is named in [model] geometry; name it in [model] itself")
-    return geometry, notices
+    return tables, {key: value for key, value in geometry.items() if key not in TABLES}, notices
 
 
 def _points(model: Mapping[str, Any], where: str) -> int:

@@ -1,6 +1,7 @@
 """Rows of a study are what the model itself says, whatever they go through."""
 
 import dataclasses
+from importlib.resources import files
 
 import h5py
 import numpy as np
@@ -63,6 +64,15 @@ def test_a_table_among_the_dimensions_is_read_and_told(write):
     assert [line in problem.notices for problem in told] == [False, True, True]
     expected = pj.load_calibration("krl45").quantities["ka_1"].value
     assert [problem.response.known["ka_1"].value for problem in told] == [expected] * 3
+
+
+def test_a_table_among_the_dimensions_lies_beside_the_study(write, monkeypatch, tmp_path):
+    write((files("calibration_data") / "krl45.toml").read_text(), "mine.toml")
+    (tmp_path / "elsewhere").mkdir()
+    monkeypatch.chdir(tmp_path / "elsewhere")
+    study = STATE + 'geometry = {alloy = "mine.toml"}\n[vary]\npriors = true\n'
+    expected = pj.load_calibration("krl45").quantities["ka_1"].value
+    assert problem_of(write, study).response.known["ka_1"].value == expected
 
 
 @pytest.mark.slow
