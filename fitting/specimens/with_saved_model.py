@@ -309,8 +309,8 @@ class Augmented(Model):
         if not told:
             return []
         return [
-            f"The file's priors do not come from these recordings, and narrow those of {joined(told)}. If this "
-            "is another specimen, widen them in the file."
+            "The file's priors do not come from these recordings, and narrow those of "
+            f"{joined(told)}. If this is another specimen, widen them in the file."
         ]
 
     def _specs(self) -> Iterator[tuple[str, str, Spec]]:
