@@ -133,3 +133,37 @@ def test_digits_that_numbers_of_full_precision_lack_spoil_no_row(put):
     assert len(recording) == 24 and not any("cut off" in check for check in checks(recording))
     cut = import_file(put("b.csv", text(*FULL, whole[:7], head="Strain (-),Stress (MPa)")), make_options(kind="elastomer"))
     assert len(cut) == 23 and any("was the file cut off" in check for check in checks(cut))
+
+
+FALLING = [repr(float(np.sin(np.pi * x))) for x in np.linspace(0.013, 1.0, 60)]
+
+
+def pulled_back(put, *last, first=FALLING[0], end=""):
+    """Strain and stress of a coupon that is pulled and returns; the last stress is 1.2246467991473532e-16 MPa."""
+    numbers = [first, *FALLING[1:-1], *last]
+    strain = [repr(float(x)) for x in np.linspace(0.013, 1.0, 60)]
+    rows = [f"{a},{b}" for a, b in zip(strain, numbers, strict=False)]
+    path = put("a.csv", text(*rows, head="Strain (-),Stress (MPa)") + end)
+    return import_file(path, make_options(kind="elastomer"))
+
+
+@pytest.mark.parametrize("last", ["1.2246467", "1.224646799147353", "1.2246467991473532e-1"])
+@pytest.mark.parametrize("first", [FALLING[0], "0.0", "0.04"])
+def test_a_number_that_lost_its_exponent_is_left_out(put, last, first):
+    """It was kept as 1.22 MPa. One short number above it, such as 0.0, does not change that."""
+    recording = pulled_back(put, last, first=first)
+    (said,) = [check for check in checks(recording) if "cut off" in check]
+    assert "row 61, the last one," in said and len(recording) == 59 and recording.columns["stress_kPa"].max() < 1001.0
+
+
+def test_a_short_number_below_numbers_of_full_precision_is_left_out_unless_it_stands_above(put):
+    assert len(pulled_back(put, "0.05", first="0.0")) == 59
+    assert len(pulled_back(put, "0.05", first="0.0", end="\n")) == 60
+    assert len(pulled_back(put, "0.0", first="0.0")) == 60
+
+
+def test_harmless_digits_are_missed_where_a_number_does_not_go_on_or_another_has_an_exponent(put):
+    """The last stress would be near 0.05 MPa; each of these lacks digits below 1e-6 MPa of it."""
+    assert len(pulled_back(put, "0.00123456789")) == 60  # within two steps
+    assert len(pulled_back(put, "0.46123456789")) == 59  # beyond them
+    assert len(pulled_back(put, "0.00123456789", first="1.5e-05")) == 59

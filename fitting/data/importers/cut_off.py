@@ -19,6 +19,11 @@ which it does not."""
 HARMLESS = 1e-6
 """Maximum error of a number by missing digits, as part of its column's largest one, that spoils nothing. No
 instrument here resolves as much."""
+FULL = 12
+"""Minimum usual number of decimals in a column of full precision, whose numbers vary in length."""
+EXPONENTS = range(5, 308)
+"""Sizes of the exponents with which programs write numbers of no fixed count of decimals: from 1e-5 down, and
+from 1e5 up at the earliest."""
 _PLAIN = re.compile(r"[+-]?(\d+)(?:\.(\d*))?")
 _DECIMALS = re.compile(r"[+-]?\d*[.,](\d*)")
 _EXPONENT = re.compile(r"[+-]?\d+(?:[.,]\d*)?[eE][+-]?(\d*)")
@@ -48,7 +53,9 @@ def cut_off(
 
     It has fewer fields than all others, or fewer decimals in its last field, or fewer digits in an exponent
     that all others have. Where no end of a line follows, its last number may also be the first digits of the
-    one that the rows above lead to expect. A last field that is blank here alone spoils nothing, but is said.
+    one that the rows above lead to expect, or lack an exponent. Digits that change nothing are not missed
+    where the number goes on from the rows above. A last field that is blank here alone spoils nothing, but is
+    said.
 
     Args:
         page: the page; the cells of a sheet are never cut off.
@@ -77,18 +84,24 @@ def cut_off(
         return None
     if any(len(other) != len(last) for other in others):
         return None
+    above = [to_number(other[-1], decimal) for other in others[-RECENT:]]
+    ended = bool(page.lines[keep[-1] + 1 :])
     for count, what in (_decimals, "decimals"), (_exponent_digits, "digits of an exponent"):
         counts = {count(other[-1]) for other in others}
         if what == "decimals" and len(counts) > 1 and _PLAIN.fullmatch(last[-1]) and "." not in last[-1]:
-            if page.lines[keep[-1] + 1 :]:
+            if ended:
                 continue  # `95` after `94.75` and `93.5`, as programs write whole numbers
         if what == "decimals" and len(counts) > 1 and _all_but_whole(last[-1], others, decimal):
-            continue  # `6.11319080989976` below numbers of all 17 digits, as programs write them
+            if _goes_on(last[-1], above, decimal, FAR if ended else NEAR):
+                continue  # `6.11319080989976` below numbers of all 17 digits, as programs write them
+        if what == "decimals" and not ended:
+            counts = _usual(counts, last[-1], others)
         if count(last[-1]) < min(counts):
             keep_it = f"; if it is whole, write it with as many {what}"
             return CutOff(f"{row} ends with fewer {what} than all others ({end}): {asked}{keep_it}", True)
-    above = [to_number(other[-1], decimal) for other in others[-RECENT:]]
-    if not page.lines[keep[-1] + 1 :] and _first_digits(last[-1], above, decimal):
+    varied = len({_decimals(other[-1]) for other in others}) > 1
+    exponents = varied or any(_EXPONENT.fullmatch(other[-1]) for other in others)
+    if not ended and _first_digits(last[-1], above, decimal, exponents):
         said = f"{row} ends without an end of line in {last[-1]!r}, and the rows above it lead to expect more"
         keep_it = "; if it is whole, end the file with an end of line"
         return CutOff(f"{said} digits ({end}): {asked}{keep_it}", True)
@@ -98,6 +111,8 @@ def cut_off(
 def _all_but_whole(text: str, others: Sequence[list[str]], decimal: str) -> bool:
     """True if the digits that a number may lack change nothing: numbers of full precision vary in length.
 
+    Where any number has an exponent, this one may lack its own.
+
     Args:
         text: last field of a file.
         others: rows above it.
@@ -105,32 +120,69 @@ def _all_but_whole(text: str, others: Sequence[list[str]], decimal: str) -> bool
     """
     values = [x for row in others if (x := to_number(row[-1], decimal)) is not None and np.isfinite(x)]
     reach = max(map(abs, values), default=0.0)
-    return _decimals(text) > 0 and 10.0 ** -_decimals(text) <= HARMLESS * reach
+    exponents = any(_EXPONENT.fullmatch(row[-1]) for row in others)
+    return not exponents and _decimals(text) > 0 and 10.0 ** -_decimals(text) <= HARMLESS * reach
 
 
-def _first_digits(text: str, above: Sequence[float | None], decimal: str) -> bool:
+def _usual(counts: set[int], text: str, others: Sequence[list[str]]) -> set[int]:
+    """Numbers of decimals in a column of full precision, without those of exact numbers: `0.0`, `0.5`.
+
+    A last number that stands above as well, or ends in `.0`, may be exact, too.
+
+    Args:
+        counts: numbers of decimals that occur.
+        text: last field of a file.
+        others: rows above it.
+    """
+    of_rows = [_decimals(row[-1]) for row in others]
+    exact = text in {row[-1] for row in others} or re.fullmatch(r".*[.,]0", text)
+    if np.median(of_rows) < FULL or exact:
+        return counts
+    return {count for count in counts if count >= FULL}
+
+
+def _goes_on(text: str, above: Sequence[float | None], decimal: str, reach: float) -> bool:
+    """True if a number is within some steps of the one above it; arguments as for `_first_digits`."""
+    value, before = to_number(text, decimal), _known(above)
+    if value is None or before.size < LEAST_ROWS:
+        return False
+    return bool(abs(value - before[-1]) <= reach * np.abs(np.diff(before)).max())
+
+
+def _known(above: Sequence[float | None]) -> np.ndarray:
+    return np.array([x for x in above if x is not None and np.isfinite(x)])
+
+
+def _first_digits(text: str, above: Sequence[float | None], decimal: str, exponents: bool) -> bool:
     """True if a number is far from those above it, and may be the first digits of one that is near them.
 
     Args:
         text: last field of a file.
         above: numbers of the same column in the rows above it, in order.
         decimal: decimal mark.
+        exponents: true if the column's numbers may have an exponent.
     """
-    found = _PLAIN.fullmatch(text.replace(decimal, "."))
-    before = np.array([x for x in above if x is not None and np.isfinite(x)])
-    if found is None or before.size < LEAST_ROWS:
+    text = text.replace(decimal, ".")
+    mantissa, _, exponent = text.lower().partition("e")
+    found, before = _PLAIN.fullmatch(mantissa), _known(above)
+    if found is None or before.size < LEAST_ROWS or (exponent and not exponents):
+        return False
+    if _goes_on(text, above, ".", FAR):
         return False
     value, last, step = abs(float(found[0])), before[-1], float(np.abs(np.diff(before)).max())
     sign = -1.0 if text.startswith("-") else 1.0
-    if abs(sign * value - last) <= FAR * step:
-        return False
     low, high = sorted((sign * (last - NEAR * step), sign * (last + NEAR * step)))
-    if found[2] is not None:  # decimals may be missing alone
-        ranges = [(value, value + 10.0 ** -len(found[2]))]
+    error = 10.0 ** -len(found[2] or "")
+    if exponent:
+        powers = []
+    elif found[2] is not None:  # decimals may be missing alone
+        powers = [0]
     else:
-        longer = range(1 + (len(f"{abs(last):.0f}") if value else 0))
-        ranges = [(10.0**k * value, 10.0**k * (value + 1.0)) for k in longer]
-    return any(begin <= high and low < end for begin, end in ranges)
+        powers = list(range(1 + (len(f"{abs(last):.0f}") if value else 0)))
+    if exponents and 1.0 <= value < 10.0:
+        signed = [side * k for side in (-1, 1) for k in EXPONENTS]
+        powers += [k for k in signed if f"{k:+03d}".startswith(exponent) or f"{k:+d}".startswith(exponent)]
+    return any(10.0**k * value <= high and low < 10.0**k * (value + error) for k in powers)
 
 
 def _side_by_side(header: Sequence[str], there: int) -> bool:
