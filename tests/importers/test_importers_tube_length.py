@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from answers import refusal
+from answers import checks, refusal
 
 from fitting.data.importers import import_file, make_options
 
@@ -24,6 +24,54 @@ def test_the_advice_for_a_change_of_length_works(put, heading, kind):
     assert "--dimension length_mm=..." in said and (kind or "--kind tube" in said)
     recording = import_file(path, make_options(kind="tube", dimensions=["length_mm=56"]))
     np.testing.assert_allclose(recording.columns["length_mm"], 56.0 + 0.1 * np.arange(20))
+    (said,) = [note for note in checks(recording) if "was taken as" in note]
+    assert f"{heading!r} was taken as the elongation of the tube, and added to its length at rest of 56 mm" in said
+    named = import_file(path, make_options(kind="tube", dimensions=["length_mm=56"], columns=[f"elongation={heading}"]))
+    assert f"--map elongation='{heading}'" in said and not any("taken as" in note for note in checks(named))
+
+
+@pytest.mark.parametrize("heading", ["Position (mm)", "Stroke (mm)", "Tip displacement (mm)", "Crosshead position (mm)", "Tip_displacement_mm"])
+def test_a_displacement_of_something_else_than_the_end_of_a_tube_is_taken_only_if_the_user_says_so(put, heading):
+    path = put("a.csv", table(heading))
+    said = refusal(path, kind="tube", dimensions=["length_mm=56"])
+    assert "needs length_mm" in said and f"If {heading!r} is the change of the tube's length: --map elongation=" in said
+    recording = import_file(path, make_options(kind="tube", dimensions=["length_mm=56"], columns=[f"elongation={heading}"]))
+    np.testing.assert_allclose(recording.columns["length_mm"], 56.0 + 0.1 * np.arange(20))
+
+
+@pytest.mark.parametrize("heading", ["Displacement (mm)", "Elongation (mm)", "Tip displacement (mm)"])
+def test_a_displacement_of_an_actuator_is_its_elongation_only_if_the_user_says_so(put, heading):
+    path, options = put("a.csv", table(heading)), {"kind": "actuator", "dimensions": ["length_mm=120"]}
+    said = refusal(path, **options)
+    assert "needs one of curvature_1pm, bend_angle_deg, length_mm" in said and "--dimension length_mm=... (at rest)" in said
+    assert f"--map elongation='{heading}'" in said
+    recording = import_file(path, make_options(columns=[f"elongation={heading}"], **options))
+    np.testing.assert_allclose(recording.columns["length_mm"], 120.0 + 0.1 * np.arange(20))
+
+
+def elongated(put, reading, pressure=None, **more):
+    """Notices of a tube under a pressure [kPa] with the elongation `reading` [mm] in each row."""
+    pressure = np.arange(20.0) if pressure is None else pressure
+    text = "".join(f"{k},{p:.3f},{x:.3f}\n" for k, (p, x) in enumerate(zip(pressure, reading, strict=True)))
+    path = put("a.csv", f"Time (s),Pressure (kPa),Displacement (mm)\n{text}")
+    options = make_options(kind="tube", dimensions=["length_mm=56"], columns=["elongation=Displacement (mm)"], **more)
+    return [note for note in checks(import_file(path, options)) if "'Displacement (mm)'" in note]
+
+
+def test_an_elongation_that_is_not_zero_without_pressure_is_asked_about(put):
+    (said,) = elongated(put, 37.0 + 0.1 * np.arange(20))
+    assert "is 37 mm at the least pressure" in said and "--subtract elongation_mm=37" in said
+    assert not elongated(put, 37.0 + 0.1 * np.arange(20), subtracted=["elongation_mm=37"])
+    begun = np.linspace(5.0, 20.0, 20)
+    assert not elongated(put, 0.1 * begun, begun)  # the first pressure stretches it, too
+
+
+def test_an_elongation_that_falls_as_pressure_rises_is_asked_about(put):
+    (said,) = elongated(put, -0.1 * np.arange(20))
+    assert "falls as pressure rises" in said and "--scale elongation=-1" in said
+    assert not elongated(put, -0.1 * np.arange(20), scales=["elongation=-1"])
+    there_and_back = 10.0 - np.abs(np.linspace(-10.0, 10.0, 20))
+    assert not elongated(put, 0.1 * there_and_back, there_and_back)
 
 
 def test_a_change_of_length_below_the_heading_of_a_length_is_told_the_same(put):

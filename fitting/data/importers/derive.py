@@ -1,12 +1,15 @@
 """Strain, stress, length and resistance, derived from logged quantities: stretch, extension, load, true
 strain, voltage."""
 
+import re
+import shlex
 from dataclasses import replace
 
 import numpy as np
 
 from pneusma_jax.errors import counted
 
+from ..recordings import schema
 from ..recordings.table import unusable
 from .channels import in_unit
 from .circuit import add_resistances
@@ -21,13 +24,22 @@ METAL_MPA = 60.0
 """Minimum stress that no elastomer bears [MPa]: natural rubber, the strongest, breaks at 30 MPa."""
 LEAST = 0.2
 """Minimum part of the largest value at which a row's ratio is meaningful."""
+AT_REST = 0.05
+"""Maximum elongation of a tube at no pressure, over the largest one [1]. Creep of a silicone leaves less."""
+FALLS = 0.5
+"""Minimum fall of an elongation from the least pressure to the largest one, over its range [1]. Noise and
+hysteresis make none."""
+_ELSEWHERE = re.compile(
+    r"(?<![a-z])(?:pos(?:ition)?|tip|stroke|travel|crosshead|course|piston|plunger|syringe)(?![a-z])|weg|ストローク"
+)
+"""Words of a displacement that may be of a machine, a pump or a tip rather than of a tube's end."""
 
 
 def derive(making: Making) -> None:
     """Add the strain and stress of a coupon or wire where they follow from stretch, extension or load.
 
     A spring's or actuator's resistance follows from a voltage (`circuit`), and a tube's length from its
-    elongation.
+    elongation. So does an actuator's length, where the user names its elongation.
 
     Strain is stretch - 1, or extension over gauge length, or exp(true strain) - 1. Stress is load over the
     specimen's initial area, or true stress over stretch (incompressible material). If a file has a quantity
@@ -39,7 +51,7 @@ def derive(making: Making) -> None:
     add_resistances(making)
     if making.kind in ("wire", "elastomer"):
         _derive_both(making)
-    shaped = making.channels.keys() & {"length", "curvature", "bend_angle"}
+    shaped = {*making.channels, *making.options.constants} & {"length", "curvature", "bend_angle"}
     if making.kind in ("tube", "actuator") and "elongation" in making.channels and not shaped:
         _derive_length(making)
     for quantity in making.options.scales:
@@ -108,8 +120,24 @@ def _derive_strain(making: Making) -> None:
 
 
 def _derive_length(making: Making) -> None:
-    """Length of a tube or an actuator: that at rest and its elongation."""
-    channel = making.channels["elongation"]
+    """Length of a tube or an actuator: that at rest and its elongation.
+
+    Raises:
+        InputError: if nothing states the length at rest, or if the displacement may be another one: of a
+            machine, a tip or an actuator that bends. The user's `--map elongation=` says that it is not.
+    """
+    channel, kind = making.channels["elongation"], making.kind
+    option = f"--map elongation={shlex.quote(channel.label)}"
+    named = "elongation" in making.options.columns
+    if not named and (kind == "actuator" or _ELSEWHERE.search(channel.label.casefold())):
+        rules = schema.KINDS[kind].columns
+        needed = f"one of {', '.join(rules.one_of)}" if rules.one_of else "length_mm"
+        others = f"; {making.unrecognised}" if making.unrecognised else ""
+        raise unusable(
+            making.place, f"a recording of kind {kind} needs {needed}{others}; name it with --map"
+            f" QUANTITY=COLUMN. If {channel.label!r} is the change of the {kind}'s length: {option} and"
+            " --dimension length_mm=... (at rest)",
+        )  # fmt: skip
     sizes = [making.sizes[key].value for key in ("length_mm", "length") if key in making.sizes]
     rest = making.options.dimensions.get("length_mm", sizes[0] if sizes else None)
     if rest is None:
@@ -117,9 +145,46 @@ def _derive_length(making: Making) -> None:
             making.place, f"length needs that of the specimen at rest, to add {channel.label!r} to; state it"
             f" with --dimension length_mm=...{making.may_state_sizes}",
         )  # fmt: skip
-    values = rest + in_unit(channel, "mm", "elongation", making.place)
+    elongation = in_unit(channel, "mm", "elongation", making.place)
+    if not named:
+        making.warn(
+            f"{channel.label!r} was taken as the elongation of the tube, and added to its length at rest of"
+            f" {rest:g} mm. If it is, {option} says so, and this line goes"
+        )
+    _question_elongation(elongation, making)
+    values = rest + elongation
     made = f"{channel.label!r} and the length at rest of {rest:g} mm"
     _add(making, "length", Channel(values, "mm", channel.label, made=made), "elongation")
+
+
+def _question_elongation(elongation: np.ndarray, making: Making) -> None:
+    """Ask about an elongation that is not zero at no pressure, or falls as pressure rises.
+
+    Args:
+        elongation: change of the length, shape (rows,) [mm].
+        making: the state of the import, with a pressure in any unit.
+    """
+    pressure = making.channels["pressure"].values if "pressure" in making.channels else np.empty(0)
+    if pressure.shape != elongation.shape:
+        return
+    both = np.isfinite(pressure) & np.isfinite(elongation)
+    pressure, elongation = pressure[both], elongation[both]
+    if not elongation.size or not np.ptp(pressure) > 0.0:
+        return
+    label = making.channels["elongation"].label
+    least, largest = int(np.argmin(pressure)), int(np.argmax(pressure))
+    at_least = float(elongation[least])
+    begun = max(float(pressure[least]), 0.0) / float(np.max(np.abs(pressure)))
+    if abs(at_least) > (AT_REST + begun) * float(np.max(np.abs(elongation))):
+        making.warn(
+            f"{label!r} is {at_least:.4g} mm at the least pressure: is it counted from the length at rest? If"
+            f" not: --subtract elongation_mm={at_least:.4g}"
+        )
+    if elongation[largest] - at_least < -FALLS * float(np.ptp(elongation)):
+        making.warn(
+            f"{label!r} falls as pressure rises: does the tube shorten? If it is counted the other way:"
+            " --scale elongation=-1"
+        )
 
 
 def _derive_stress(making: Making) -> None:
