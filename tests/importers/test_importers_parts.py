@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from answers import checks
 
 from fitting.data.importers import import_file, import_tests, make_options
 from pneusma_jax.errors import InputError
@@ -338,3 +339,48 @@ def test_a_clock_of_its_own_goes_with_each_tube(put):
 def test_two_pressures_and_two_angles_of_one_actuator_are_not_split(put):
     rows = "".join(f"{k},{k},{2 * k},{0.5 * k},{0.1 * k}\n" for k in range(8))
     assert len(import_tests(put("a.csv", "Time (s),Pressure 1 (kPa),Pressure 2 (kPa),Bend angle 1 (deg),Bend angle 2 (deg)\n" + rows))) == 1
+
+
+def asks_for_specimens(recording):
+    return [note for note in checks(recording) if "--specimen" in note]
+
+
+def two(second, third="", heads="Pressure (kPa),Bend angle (deg)"):
+    """Pressures and angles twice under the same headings, with a column between them."""
+    between = f"{third}," if third else ""
+    rows = "".join(f"{k},{k},{3 * k},{'3.6,' if third else ''}{second(k)}\n" for k in range(8))
+    return f"Time (s),{heads},{between}{heads}\n{rows}"
+
+
+@pytest.mark.parametrize("third", ["", "R1 (ohm)", "Temperature (degC)"])
+def test_specimens_without_titles_are_asked_about_with_what_they_share(put, third):
+    path = put("a.csv", two(lambda k: f"{0.5 * k},{2 * k}", third))
+    recordings = import_tests(path, make_options(kind="actuator"))
+    columns = "(2, 3) and (5, 6)" if third else "(2, 3) and (4, 5)"
+    for recording in recordings:
+        (said,) = asks_for_specimens(recording)
+        assert f"columns {columns} have the same headings and were taken as 2 specimens" in said
+        assert (f"Each was also given {third!r}: right if of all of them" in said) == bool(third)
+    (alone,) = import_tests(path, make_options(kind="actuator", specimen="specimen_1"))
+    np.testing.assert_allclose(alone.columns["bend_angle_deg"], 3.0 * np.arange(8))
+
+
+def test_specimens_with_titles_are_not_asked_about(put):
+    text = "Tube A,,,Tube B,,\n" + SIDE_BY_SIDE.format("Pressure (kPa)", "Length (mm)")
+    assert not any(map(asks_for_specimens, import_tests(put("a.csv", text))))
+
+
+def test_columns_that_repeat_others_are_no_second_specimen(put):
+    (recording,) = import_tests(put("a.csv", two(lambda k: f"{k},{3 * k}")), make_options(kind="actuator"))
+    assert sum("repeats it: left aside" in note for note in recording.notices) == 2 and not asks_for_specimens(recording)
+    text = two(lambda k: f"{k},{3 * k},{k},{2 * k}").replace("\n", ",Pressure (kPa),Bend angle (deg)\n", 1)
+    recordings = import_tests(put("b.csv", text), make_options(kind="actuator"))
+    assert [one.columns["bend_angle_deg"][-1] for one in recordings] == [21.0, 14.0]
+    assert any("columns 4, 5 repeat columns 2, 3: left aside" in note for note in recordings[0].notices)
+
+
+def test_pressures_beside_pressures_make_no_clear_groups(put):
+    head = "Time (s),Pressure (kPa),Pressure (kPa),Bend angle (deg),Bend angle (deg)\n"
+    text = head + "".join(f"{k},{k},{2 * k},{3 * k},{4 * k}\n" for k in range(8))
+    (recording,) = import_tests(put("a.csv", text), make_options(kind="actuator"))
+    assert any("--map pressure=3 takes the other" in note for note in checks(recording))

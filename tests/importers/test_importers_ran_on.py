@@ -51,18 +51,64 @@ def test_a_test_that_begins_again_at_zero_is_one_of_its_own(put):
     assert [len(one) for one in recordings] == [N, 30] and not any(map(asked, recordings))
 
 
+def at_end(put, pull, zeros, temperature=25.0, heads=HEAD, sizes=SIZES):
+    """Import of a test with rows of zeros below it, under a clock that goes on, beside a column in degrees."""
+    lines = rows(np.append(pull, np.zeros(zeros)), 0.5 * np.arange(len(pull) + zeros)).splitlines()
+    beside = [temperature] * len(pull) + [0.0] * zeros
+    text = "".join(f"{line},{t}\n" for line, t in zip(lines, beside, strict=True))
+    (recording,) = import_files([put("a.csv", f"{heads.strip()},Temperature (degC)\n{text}")], sizes)
+    assert len(recording) == len(pull) + zeros
+    return recording
+
+
 @pytest.mark.parametrize(
     ("pull", "zeros", "asks"),
     [
         (PULL[:30], 5, 1),
         (PULL[:30], 2, 0),
-        (PULL, 5, 0),
-        (np.concatenate([np.zeros(4), PULL[:26]]), 5, 0),
+        (np.concatenate([np.zeros(4), PULL[:26]]), 5, 1),
     ],
 )
-def test_zeros_under_a_clock_that_goes_on_are_asked_about_where_readings_fall_to_them(put, pull, zeros, asks):
-    """A specimen that is unloaded, or rests at zero before the test as well, reads so."""
-    time = 0.5 * np.arange(len(pull) + zeros)
-    (recording,) = import_files([put("a.csv", HEAD + rows(np.append(pull, np.zeros(zeros)), time))], SIZES)
-    assert len(recording) == len(pull) + zeros and len(asked(recording)) == asks
+def test_zeros_under_a_clock_that_goes_on_are_asked_about_where_a_column_is_not_zero_at_rest(put, pull, zeros, asks):
+    """No specimen at rest has 0 degrees where it had 25 before."""
+    recording = at_end(put, pull, zeros)
+    assert len(asked(recording)) == asks
     assert not asks or "are zero in every column but the clock, and the row above is not" in asked(recording)[0]
+
+
+@pytest.mark.parametrize("pull", [PULL, PULL[:30], PULL[20:40], np.tile(PULL[::6], 3)[:24]])
+def test_a_specimen_that_rests_at_the_end_is_no_logger_that_ran_on(put, pull):
+    """Each column is near zero where the drive is, and the test ends there."""
+    text = rows(np.append(pull, np.zeros(5)), 0.5 * np.arange(len(pull) + 5))
+    (recording,) = import_files([put("a.csv", HEAD + text)], SIZES)
+    assert len(recording) == len(pull) + 5 and not asked(recording)
+
+
+def test_a_vented_actuator_with_coarse_readings_is_at_rest(put):
+    steps = np.repeat(np.arange(12), 6)
+    drive, angle = np.append(5 + steps, np.zeros(8, int)), np.append(5 + 3 * steps, np.zeros(8, int))
+    text = "".join(f"{k},{p},{a}\n" for k, (p, a) in enumerate(zip(drive, angle, strict=True)))
+    (recording,) = import_files([put("a.csv", "Time (s),Pressure (kPa),Bend angle (deg)\n" + text)], make_options(kind="actuator"))
+    assert len(recording) == len(drive) and not asked(recording)
+
+
+@pytest.mark.parametrize(
+    ("heads", "options"),
+    [
+        ("Strain (%),Stress (kPa),Force (N)", {"kind": "elastomer"}),
+        ("Temperature (degC),Strain (%),Stress (MPa)", {"kind": "wire"}),
+        ("Pressure (kPa),Elongation (mm),Force (N)", {"kind": "tube", "dimensions": ["length_mm=56"]}),
+        ("Applied strain (%),Stress (kPa),Force (N)", {"kind": "elastomer", "columns": ["strain=1"]}),
+    ],
+)
+def test_a_quantity_in_steps_of_one_is_no_count_of_rows(put, heads, options):
+    """What breaks or bursts while it is driven on reads zero in all other columns."""
+    text = "".join(f"{k},{0.1 * k:.1f},{0.2 * k:.1f}\n" if k < 54 else f"{k},0,0\n" for k in range(60))
+    (recording,) = import_files([put("a.csv", f"{heads}\n{text}")], make_options(**options))
+    assert len(recording) == 60 and not asked(recording)
+
+
+def test_rows_that_are_dropped_for_want_of_a_time_are_not_asked_about(put):
+    text = rows(PULL[:30]).replace("\n", ",25\n") + ",0,0,0\n" * 4
+    (recording,) = import_files([put("a.csv", f"{HEAD.strip()},Temperature (degC)\n{text}")], SIZES)
+    assert len(recording) == 30 and not asked(recording)

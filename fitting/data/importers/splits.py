@@ -20,13 +20,17 @@ _DRIVERS = ("strain", "true_strain", "stretch", "elongation", "pressure")
 
 def split(grid: Grid) -> list[Part]:
     """Tests of a table without rows of zeros at their ends; one without a title where it holds only one."""
-    grid = without_rows_of_zeros(grid)
+    grid = _without_rows_of_zeros(grid)
     for tests_in in (by_column, by_lines, _by_groups, _by_restart):
         parts = tests_in(grid)
         if parts:
-            return [part._replace(grid=without_rows_of_zeros(part.grid)) for part in parts]
+            return [part._replace(grid=_without_rows_of_zeros(part.grid)) for part in parts]
     _warn_of_restart(grid)
     return [Part("", grid, True)]
+
+
+def _without_rows_of_zeros(grid: Grid) -> Grid:
+    return without_rows_of_zeros(grid, _driver_column(_columns(grid)))
 
 
 def _warn_of_restart(grid: Grid) -> None:
@@ -104,16 +108,32 @@ def _by_groups(grid: Grid) -> list[Part]:
         for key in repeated
         if key[0] == "strain" and not any(other[0] in _OUTPUTS for other in columns_of)
     ]
-    outputs = outputs or _shapes_under_pressure(grid, columns_of)
+    shapes = [] if outputs else _shapes_under_pressure(grid, columns_of)
+    outputs = outputs or shapes
     if not outputs or not any(key[0] in (*_DRIVERS, "temperature") for key in columns_of):
         return []
     groups, named = _groups(grid, meanings, repeated, columns_of[outputs[0]])
+    twins, all_groups = {}, groups
+    if shapes and not named:
+        if not _one_after_another(list(groups.values())):
+            return []
+        twins = _twins(grid, groups)
+        groups = {name: columns for name, columns in groups.items() if name not in twins}
     if len(groups) < 2:
         return []
     once = [columns[0] for key, columns in columns_of.items() if key not in repeated]
     taken = {*once, *(c for columns in groups.values() for c in columns)}
-    aside = [h.text for c, h in enumerate(grid.headings) if c not in taken and h.text.strip()]
+    repeats = {c for name in twins for c in all_groups[name]}
+    aside = [
+        h.text for c, h in enumerate(grid.headings) if c not in taken | repeats and h.text.strip()
+    ]
     notices = [f"columns of no specimen, left aside: {', '.join(map(repr, aside))}"] if aside else []
+    notices += [
+        f"columns {_numbers(all_groups[name])} repeat columns {_numbers(groups[first])}: left aside"
+        for name, first in twins.items()
+    ]
+    if shapes and not named:
+        notices.append(_as_specimens(grid, groups, columns_of, once))
     if not named and not any(key[0] in _DRIVERS for key in repeated):
         labels = ", ".join(repr(grid.headings[c].text) for c in columns_of[outputs[0]])
         notices.append(
@@ -147,6 +167,46 @@ def _shapes_under_pressure(
     }
     pressures = {count for key, count in counts.items() if key[0] == "pressure"}
     return [key for key, count in counts.items() if key[0] in _SHAPES and count in pressures]
+
+
+def _one_after_another(groups: list[list[int]]) -> bool:
+    """True if each group of columns ends before the next one begins."""
+    return all(max(one) < min(two) for one, two in zip(groups[:-1], groups[1:], strict=True))
+
+
+def _twins(grid: Grid, groups: dict[str, list[int]]) -> dict[str, str]:
+    """Groups that repeat the numbers of an earlier one, each with the name of that one."""
+    twins: dict[str, str] = {}
+    for name, columns in groups.items():
+        for first, others in groups.items():
+            if first == name:
+                break
+            same = np.array_equal(grid.values[:, columns], grid.values[:, others], equal_nan=True)
+            if same and first not in twins:
+                twins[name] = first
+                break
+    return twins
+
+
+def _numbers(columns: list[int]) -> str:
+    """Numbers of columns in words, from 1: `1, 2`."""
+    return ", ".join(str(c + 1) for c in columns)
+
+
+def _as_specimens(
+    grid: Grid, groups: dict[str, list[int]], columns_of: dict[tuple[str, int], list[int]], once: list[int]
+) -> str:
+    """Notice about groups of columns without titles that were taken as a specimen each."""
+    of_all = [columns[0] for key, columns in columns_of.items() if key[0] != "time" and columns[0] in once]
+    shared = ", ".join(repr(grid.headings[column].text) for column in of_all)
+    beside = f" Each was also given {shared}: right if of all of them." if shared else ""
+    each = " and ".join(f"({_numbers(columns)})" for columns in groups.values())
+    first = next(iter(groups))
+    return (
+        f"check: columns {each} have the same headings and were taken as {len(groups)} specimens.{beside} If"
+        f" all are of one, --specimen specimen_{first} reads the first ones alone; titles above the columns"
+        " name specimens"
+    )
 
 
 def _same_in_another_unit(grid: Grid, column: int, other: int) -> bool:
