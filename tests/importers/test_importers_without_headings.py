@@ -79,3 +79,11 @@ def test_marks_that_contradict_each_other_are_shown(put):
     said = refusal(path, columns=["time=1", "pressure=2", "length=3"], kind="tube", units=["time=ms", *TUBE["units"]])
     assert "of column 1 cannot be told: its marks are not those of the other numbers ('" in said
     assert "'1.000.000' in row 15" in said and "'0.000'" in said
+
+
+def test_an_interval_wins_over_a_clock_without_a_heading(put):
+    path = put("a.txt", table(times(), PRESSURE, LENGTH))
+    recording = import_file(path, make_options(columns=["pressure=2", "length=3"], interval_s=0.1, **TUBE))
+    np.testing.assert_allclose(recording.columns["time_s"], 0.1 * np.arange(N), atol=1e-9)
+    (said,) = [note for note in checks(recording) if "clock" in note]
+    assert "column 1 was read as a clock and left aside, as --interval states" in said and "--map time=1" in said

@@ -125,6 +125,8 @@ def channels_of(sample: Sample, options: Options, notices: list[str]) -> dict[st
     notices += refuse_several_clocks(sample, {q: c.column for q, c in mapped.items()})
     mapped_columns = {channel.column for channel in mapped.values()}
     recognised = {q: c for q, c in named_channels(grid).items() if c.column not in mapped_columns}
+    if options.interval_s is not None and not grid.headings:
+        recognised.pop("time", None)  # `columns_aside` names it
     for family in FAMILIES:
         if any(quantity in mapped for quantity in family):
             aside = [q for q in family if q in recognised and q not in mapped]

@@ -53,9 +53,11 @@ def notices_of_columns_aside(grid: Grid, channels: dict[str, Channel]) -> list[s
     clocks = {} if "time" in channels else {c: notice for c in aside if (notice := _perhaps_clock(grid, c))}
     notices += clocks.values()
     unused = [c for c in bare if c in grid.clocks and "time" not in channels]
+    several = f"it is one of {len(unused)}"
+    alone = "its heading is missing" if grid.headings else "--interval states the time between rows"
+    why = several if unused[1:] else alone
     notices += [
-        f"check: column {c + 1} was read as a clock and left aside, as it is one of {len(unused)}: --map"
-        f" time={c + 1} takes it"
+        f"check: column {c + 1} was read as a clock and left aside, as {why}: --map time={c + 1} takes it"
         for c in unused
     ]
     bare = [c for c in bare if c not in unused]
