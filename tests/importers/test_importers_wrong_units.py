@@ -199,3 +199,13 @@ def test_a_pressure_beside_a_stretch_may_be_the_stress(put):
     assert "--map stress=P_MPa" in refusal(path)
     recording = import_file(path, make_options(columns=["stress=P_MPa"]))
     assert recording.kind == "elastomer" and abs(recording.columns["stress_kPa"].max() - STRESS.max()) < 1e-3
+
+
+@pytest.mark.parametrize("heading", ["P (MPa)", "P_MPa"])
+def test_a_pressure_beside_a_strain_may_be_the_stress_too(put, heading):
+    path = put("a.csv", table(f"Time (s),Strain (%),{heading}", np.arange(len(STRAIN)), 100.0 * STRAIN, 1e-3 * STRESS))
+    said = refusal(path)
+    option = f"stress={heading}"
+    assert f"--map stress={heading!r}" in said or f"--map {option}" in said
+    recording = import_file(path, make_options(columns=[option]))
+    assert recording.kind == "elastomer" and abs(recording.columns["stress_kPa"].max() - STRESS.max()) < 1e-3

@@ -25,7 +25,7 @@ from .other_headings import unrecognised
 from .parts import Sample, stated_specimen
 from .specimen_sizes import area_mm2
 from .spelling import dimension, unit_name
-from .unmodelled import KINDS_IN_WORDS, unmodelled
+from .unmodelled import KINDS_IN_WORDS, if_a_stress, unmodelled
 
 NAME = "named-columns"
 COIL_SIZES = (
@@ -184,10 +184,7 @@ def _hints(available: set[str], channels: dict[str, Channel]) -> str:
     near = []
     if {"strain", "pressure"} <= available and not available & {"stress", "force"}:
         label = channels["pressure"].label if "pressure" in channels else "..."
-        near.append(
-            f"of a coupon the stress is missing: if {label!r} is one (P of Piola and Kirchhoff), --map"
-            f" stress={shlex.quote(label)}"
-        )
+        near.append(if_a_stress(label))
     if {"strain", "temperature"} <= available and "stress" not in available:
         near.append("of a wire the stress is missing: if it did not change, --constant stress_MPa=...")
     if {"force", "elongation"} <= available and not available & {"strain", "stress"}:

@@ -1,6 +1,7 @@
 """Detection of tests that no kind models: membranes, pistons, muscles, grippers, other modes of loading."""
 
 import re
+import shlex
 from dataclasses import dataclass
 
 from .making import Channel
@@ -79,8 +80,18 @@ def unmodelled(sample: Sample, channels: dict[str, Channel]) -> UnmodelledTest |
             sentence += ". Of a tube: --kind tube, and its length at rest, --dimension length_mm=..."
         elif "strain" in channels:
             sentence += "; of a tube write its length in mm into the file: that at rest, times 1 + strain"
+            if "force" not in channels:
+                sentence += f"; {if_a_stress(channels['pressure'].label)}"
         return UnmodelledTest(sentence, False)
     return None
+
+
+def if_a_stress(label: str) -> str:
+    """What to state about a pressure beside a strain that is a stress, by the label of its column."""
+    return (
+        f"of a coupon the stress is missing: if {label!r} is one (P of Piola and Kirchhoff), --map"
+        f" stress={shlex.quote(label)}"
+    )
 
 
 def _sentence(what: str) -> str:
