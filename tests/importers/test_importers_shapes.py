@@ -228,6 +228,13 @@ def test_a_file_that_could_be_two_things_is_left_to_the_person(put):
     assert "did you mean 'sma-columns'" in refusal(path, make_options(format="sma-column"))
 
 
+def test_a_text_without_a_table_is_told_what_a_table_has_and_no_formats(put):
+    """No format could read it, so that their names would not help."""
+    message = refusal(put("prose.txt", "Dear colleague,\nno numbers here.\n"))
+    assert "no table of numbers was found in it; a table has at least 3 rows of numbers, and a column for each quantity" in message
+    assert not any(known.name in message for known in FORMATS) and "--map" not in message
+
+
 def test_unknown_files_list_what_is_known(put):
     message = refusal(put("odd.csv", "a,b,c\n1,2,3\n2,3,4\n3,4,6\n"))
     assert "no known format" in message and all(known.name in message for known in FORMATS)
@@ -295,6 +302,7 @@ def test_a_tube_is_as_long_as_at_rest_and_by_its_elongation(put):
     recording = import_file(path, make_options(kind="tube", dimensions=["length_mm=56"]))
     np.testing.assert_allclose(recording.columns["length_mm"], 56 + 0.02 * np.arange(9))
     assert recording.geometry["length_mm"] == 56
+    assert any("'Displacement (mm)' was taken as the elongation of the tube" in note for note in recording.notices)
     stated = import_file(put("b.csv", "Tube length,56 mm\n\n" + DISPLACED), make_options(kind="tube"))
     np.testing.assert_allclose(stated.columns["length_mm"], recording.columns["length_mm"])
 
