@@ -162,8 +162,15 @@ def test_a_short_number_below_numbers_of_full_precision_is_left_out_unless_it_st
     assert len(pulled_back(put, "0.0", first="0.0")) == 60
 
 
-def test_harmless_digits_are_missed_where_a_number_does_not_go_on_or_another_has_an_exponent(put):
-    """The last stress would be near 0.05 MPa; each of these lacks digits below 1e-6 MPa of it."""
-    assert len(pulled_back(put, "0.00123456789")) == 60  # within two steps
-    assert len(pulled_back(put, "0.46123456789")) == 59  # beyond them
-    assert len(pulled_back(put, "0.00123456789", first="1.5e-05")) == 59
+def test_harmless_digits_are_missed_where_a_number_does_not_go_on(put):
+    """Each of these lacks digits below 1e-6 MPa. The stress above is 0.05 MPa, after steps of 0.05 MPa."""
+    assert len(pulled_back(put, "0.00123456789")) == 60
+    assert len(pulled_back(put, "0.46123456789")) == 59
+    assert len(pulled_back(put, "1.2246467991473532e-16")) == 60 == len(pulled_back(put, "1.2246467991473532e-16", end="\n"))
+
+
+@pytest.mark.parametrize(("first", "count"), [("0.00013862943611198906", 24), ("1.3862943611198906e-05", 23)])
+def test_harmless_digits_are_missed_where_a_number_may_lack_an_exponent(put, first, count):
+    rows = [f"{0.1 * k!r},{2.0 * float(np.log1p(k))!r}" for k in range(1, 23)]
+    path = put("a.csv", text(f"0.05,{first}", *rows, f"2.4,{2.0 * np.log1p(23):.12f}", head="Strain (-),Stress (MPa)"))
+    assert len(import_file(path, make_options(kind="elastomer"))) == count

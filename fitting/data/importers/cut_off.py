@@ -91,11 +91,15 @@ def cut_off(
         if what == "decimals" and len(counts) > 1 and _PLAIN.fullmatch(last[-1]) and "." not in last[-1]:
             if ended:
                 continue  # `95` after `94.75` and `93.5`, as programs write whole numbers
+        if what == "decimals" and _EXPONENT.fullmatch(last[-1]):
+            continue  # `1.2e-16` below `0.05`
         if what == "decimals" and len(counts) > 1 and _all_but_whole(last[-1], others, decimal):
             if _goes_on(last[-1], above, decimal, FAR if ended else NEAR):
                 continue  # `6.11319080989976` below numbers of all 17 digits, as programs write them
         if what == "decimals" and not ended:
             counts = _usual(counts, last[-1], others)
+        elif not ended:
+            counts = _usual_exponents(counts, last[-1], others)
         if count(last[-1]) < min(counts):
             keep_it = f"; if it is whole, write it with as many {what}"
             return CutOff(f"{row} ends with fewer {what} than all others ({end}): {asked}{keep_it}", True)
@@ -111,7 +115,7 @@ def cut_off(
 def _all_but_whole(text: str, others: Sequence[list[str]], decimal: str) -> bool:
     """True if the digits that a number may lack change nothing: numbers of full precision vary in length.
 
-    Where any number has an exponent, this one may lack its own.
+    Where any number has an exponent, one between 1 and 10 may lack its own.
 
     Args:
         text: last field of a file.
@@ -120,8 +124,9 @@ def _all_but_whole(text: str, others: Sequence[list[str]], decimal: str) -> bool
     """
     values = [x for row in others if (x := to_number(row[-1], decimal)) is not None and np.isfinite(x)]
     reach = max(map(abs, values), default=0.0)
-    exponents = any(_EXPONENT.fullmatch(row[-1]) for row in others)
-    return not exponents and _decimals(text) > 0 and 10.0 ** -_decimals(text) <= HARMLESS * reach
+    value = abs(to_number(text, decimal) or 0.0)
+    lost = 1.0 <= value < 10.0 and any(_EXPONENT.fullmatch(row[-1]) for row in others)
+    return not lost and _decimals(text) > 0 and 10.0 ** -_decimals(text) <= HARMLESS * reach
 
 
 def _usual(counts: set[int], text: str, others: Sequence[list[str]]) -> set[int]:
@@ -139,6 +144,19 @@ def _usual(counts: set[int], text: str, others: Sequence[list[str]]) -> set[int]
     if np.median(of_rows) < FULL or exact:
         return counts
     return {count for count in counts if count >= FULL}
+
+
+def _usual_exponents(counts: set[int], text: str, others: Sequence[list[str]]) -> set[int]:
+    """Numbers of digits of the exponents that occur, without numbers that need none.
+
+    Without any, an exponent that is smaller than those that programs write lacks its last digit. Arguments
+    are as for `_usual`.
+    """
+    found = _EXPONENT.fullmatch(text)
+    if found is None:
+        return counts
+    written = {_exponent_digits(row[-1]) for row in others if _EXPONENT.fullmatch(row[-1])}
+    return written or ({2} if int(found[1] or 0) < EXPONENTS.start else counts)
 
 
 def _goes_on(text: str, above: Sequence[float | None], decimal: str, reach: float) -> bool:
