@@ -92,3 +92,24 @@ def test_an_actuator_that_falls_back_to_rest_is_not_asked_about_a_turn(put, pres
     text = f"Time (s),Pressure (kPa),Bend angle (deg),R2 (ohm)\n{rows}"
     recording = import_file(put("a.csv", text), make_options(kind="actuator"))
     assert sum("is it counted within one turn" in note for note in checks(recording)) == asks
+
+
+STAIRS = np.repeat(np.arange(10.0), 4)
+
+
+@pytest.mark.parametrize(
+    ("pressure", "angles", "asks"),
+    [
+        (STAIRS, (40.0 * STAIRS) % 360.0, 1),
+        (STAIRS, (5.0 + 40.0 * STAIRS + 0.1 * np.sin(np.arange(40.0))) % 360.0, 1),
+        (STAIRS[::-1], (40.0 * STAIRS[::-1] - 40.0) % 360.0, 1),
+        (19.0 + (np.arange(40) >= 20), np.repeat([350.0, 355.0, 5.0], [5, 15, 20]), 1),
+        (np.append(STAIRS[:32], [0.0] * 8), np.append(44.0 * STAIRS[:32], [0.0] * 8), 0),
+    ],
+)
+def test_a_coarse_angle_that_goes_on_with_a_drive_that_leaps_is_asked_about(put, pressure, angles, asks):
+    """A staircase leaps at every step. Only an actuator whose drive falls is at rest thereafter."""
+    rows = "".join(f"{t},{20 * p:.4f},{x:.3f},3.6\n" for t, p, x in zip(T, pressure, angles, strict=True))
+    text = f"Time (s),Pressure (kPa),Bend angle (deg),R2 (ohm)\n{rows}"
+    recording = import_file(put("a.csv", text), make_options(kind="actuator"))
+    assert sum("is it counted within one turn" in note for note in checks(recording)) == asks

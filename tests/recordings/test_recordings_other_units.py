@@ -124,6 +124,25 @@ def test_the_zero_of_a_vented_actuators_sensor_is_not_asked_about(table, pressur
     assert not questions(path, kind="actuator", dimensions=TUBE)
 
 
+HEAT = np.abs(np.sin(T / 10.0))
+
+
+@pytest.mark.parametrize(
+    ("springs", "asks"),
+    [
+        ({"Resistance 2 [ohm]": 3.6 - 0.2 * HEAT}, 0),
+        ({"Current 2 [A]": 0.5 * HEAT}, 0),
+        ({"Resistance 2 [ohm]": 3.6 - 0.05 * HEAT}, 1),
+        ({"Resistance 2 [ohm]": 3.6 - 0.4 * np.abs(np.sin(T / 3.0))}, 1),
+        ({"Current 2 [A]": 0.0 * T}, 1),
+    ],
+)
+def test_the_pressure_of_a_sealed_tube_that_warms_is_not_asked_about(table, springs, asks):
+    """It follows heat. A strain alone changes a resistance less, and a pump does not follow the heat."""
+    columns = {"Pressure [kPa]": 0.4 * HEAT, "Bend angle [deg]": 60.0 * HEAT}
+    assert len(questions(table(**{"Time [s]": T}, **columns, **springs), kind="actuator", dimensions=TUBE)) == asks
+
+
 @pytest.mark.parametrize(
     ("unit", "most", "said"),
     [
@@ -181,21 +200,23 @@ def test_a_slow_clock_that_does_not_look_like_milliseconds_is_not_asked_about(ta
     assert not questions(coupon(table, 100.0, time=time), kind="elastomer")
 
 
-@pytest.mark.parametrize(("step", "asks"), [(5.0, 0), (10.0, 0), (57.6, 0), (60.0, 0), (240.0, 0), (50.0, 1), (102.0, 1)])
-def test_a_cycle_of_eight_hours_is_not_asked_about_unless_its_step_is_one_of_milliseconds(table, step, asks):
-    """Loggers of seconds take a row every 10, 60 or 240 s, and few every 50 or 102 s."""
-    time = np.round(np.arange(0.0, 8 * 3600.0 + 1.0, step))
+def cycle(table, step, hours):
+    """A cycle of a coupon with a row every `step` seconds."""
+    time = np.round(np.arange(0.0, hours * 3600.0 + 1.0, step))
     strain = 80.0 * (1.0 - np.abs(np.linspace(-1.0, 1.0, time.size)))
-    path = table(**{"Time [s]": time, "Strain [%]": strain, "Stress [kPa]": strain})
-    assert len(questions(path, kind="elastomer")) == asks
+    return table(**{"Time [s]": time, "Strain [%]": strain, "Stress [kPa]": strain})
 
 
-@pytest.mark.parametrize(("step", "asks"), [(10.0, 1), (57.6, 1), (60.0, 0)])
-def test_a_slow_cycle_of_more_than_a_day_is_asked_about_unless_it_counts_minutes(table, step, asks):
-    time = np.round(np.arange(0.0, 30 * 3600.0 + 1.0, step))
-    strain = 80.0 * (1.0 - np.abs(np.linspace(-1.0, 1.0, time.size)))
-    path = table(**{"Time [s]": time, "Strain [%]": strain, "Stress [kPa]": strain})
-    assert len(questions(path, kind="elastomer")) == asks
+@pytest.mark.parametrize("step", [5.0, 10.0, 50.0, 57.6, 60.0, 102.0, 240.0])
+def test_a_cycle_of_eight_hours_is_not_asked_about(table, step):
+    assert not questions(cycle(table, step, 8.0), kind="elastomer")
+
+
+@pytest.mark.parametrize("step", [5.0, 10.0, 20.0, 30.0, 50.0, 100.0])
+def test_a_minute_of_milliseconds_is_asked_about_at_every_rate(table, step):
+    """Loggers of 200, 100, 50 and 33 Hz were not asked about: 60 s are a multiple of their steps in seconds."""
+    (asked,) = questions(cycle(table, step, 60e3 / 3600.0), kind="elastomer")
+    assert "Are these milliseconds? Then it lasts 60 s" in asked and "--unit time=ms" in asked
 
 
 def test_a_test_of_creep_over_days_is_not_asked_about(table):

@@ -33,11 +33,12 @@ TURN_DEG = 360.0
 WRAPPED_DEG = 60.0
 """Maximum distance of such a leap from one turn [deg]."""
 GOES_ON = 3.0
-"""Maximum step that is left of such a leap without the turn, over the largest step near it [1]."""
+"""Maximum step that is left of such a leap without the turn, over the largest other one in its direction [1].
+The same of a drive that leaps, over the steps near it."""
 NEARBY = 3
 """Number of steps before and after a leap that are near it."""
 FALLS = 0.2
-"""Maximum change of a drive at such a leap, over its range [1]. A vented actuator falls back to rest."""
+"""Maximum change of a drive that does not leap, over its range [1]. A vented actuator falls back to rest."""
 HELD_SHARE, LOST_SHARE = 0.5, 0.1
 """Stress before and after a specimen breaks, as part of the largest one. In 8 measured pulls to rupture it
 fell from more than the first to less than the second, and stayed there."""
@@ -239,18 +240,21 @@ def _question_rupture(course: _Course, making: Making) -> None:
 def _question_turn(columns: dict[str, np.ndarray], rows: np.ndarray, making: Making) -> None:
     """Ask about an angle that leaps by a turn, because it is counted within one turn only.
 
-    Without the turn it goes on as near the leap, and no drive leaps there.
+    Without the turn it goes on as elsewhere, and it does not fall to rest together with a drive.
     """
     angle = columns["bend_angle_deg"]
     known = np.flatnonzero(np.isfinite(angle))
     steps = np.diff(angle[known])
-    drives = [values[known] for name, values in columns.items() if name.startswith(_DRIVES)]
-    drives = [values for values in drives if np.isfinite(values).any()]
-    for leap in np.flatnonzero(np.abs(np.abs(steps) - TURN_DEG) <= WRAPPED_DEG):
-        left = abs(abs(steps[leap]) - TURN_DEG)
-        if left > GOES_ON * _largest_near(steps, leap) or any(_leaps(values, leap) for values in drives):
-            continue
+    turns = np.abs(np.abs(steps) - TURN_DEG) <= WRAPPED_DEG
+    drives = {name: values[known] for name, values in columns.items() if name.startswith(_DRIVES)}
+    for leap in np.flatnonzero(turns):
+        left = float(steps[leap] - np.copysign(TURN_DEG, steps[leap]))
         before, after = angle[known[leap : leap + 2]]
+        falls = abs(before) > TURN_DEG / 2.0 > abs(after)
+        if abs(left) > GOES_ON * float(np.max(np.sign(left) * steps[~turns], initial=0.0)):
+            continue
+        if falls and any(_falls_to_rest(name, values, leap) for name, values in drives.items()):
+            continue
         making.warn(
             f"bend_angle_deg leaps from {before:.4g} to {after:.4g} at row {rows[known[leap + 1]]}: is it"
             " counted within one turn? Then add or take off 360 degrees in the file, so that it goes on"
@@ -258,17 +262,20 @@ def _question_turn(columns: dict[str, np.ndarray], rows: np.ndarray, making: Mak
         return
 
 
-def _largest_near(steps: np.ndarray, leap: int) -> float:
-    """Largest size of the steps around one of them; 0 without any."""
-    others = [*steps[max(0, leap - NEARBY) : leap], *steps[leap + 1 : leap + 1 + NEARBY]]
-    return float(np.max(np.nan_to_num(np.abs(others)), initial=0.0))
+def _falls_to_rest(name: str, values: np.ndarray, leap: int) -> bool:
+    """True for a drive that comes far closer to its rest from one row to the next, and is not only noise.
 
-
-def _leaps(values: np.ndarray, leap: int) -> bool:
-    """True for a drive that changes far more from one row to the next than near it, and is not only noise."""
+    Pressures and currents rest at zero, and a resistance where it starts.
+    """
+    found = values[np.isfinite(values)]
+    if not found.size:
+        return False
+    away = np.abs(values - (found[0] if name.startswith("resistance") else 0.0))
     steps = np.diff(values)
-    least = max(FALLS * float(np.nanmax(values) - np.nanmin(values)), GOES_ON * _largest_near(steps, leap))
-    return bool(abs(steps[leap]) > least)
+    near = [*steps[max(0, leap - NEARBY) : leap], *steps[leap + 1 : leap + 1 + NEARBY]]
+    usual = float(np.max(np.nan_to_num(np.abs(near)), initial=0.0))
+    least = max(FALLS * float(np.ptp(found)), GOES_ON * usual)
+    return bool(away[leap + 1] < away[leap] and abs(steps[leap]) > least)
 
 
 def _question_hour(time: np.ndarray, rows: np.ndarray, making: Making) -> None:

@@ -48,20 +48,21 @@ SWEPT = 0.5
 STEADY = 0.02
 """Maximum noise and resolution of a driven pressure, over its largest [1]. Sensors here have 0.002 of 20 kPa.
 A zero that drifts by 0.5 kPa comes with noise of 0.03 kPa."""
+HEATED = 0.03
+"""Minimum change of a spring's resistance that heat makes, over its largest [1]. Here heat changes it by
+0.096 or more, and strain alone by 0.017."""
+HEATS = 0.6
+"""Minimum correlation, by size, of a pressure with a resistance or a current that makes it [1]. Pumped
+pressures here have 0.43 or less where springs are heated. A sealed tube that warms within 5 s has 0.7."""
 MOST_UNITS = 2
 """Maximum number of units that a question names."""
 STATED_PRESSURES = ("bar", "kPa", "MPa", "psi", "mbar")
 """Units that a file may have stated for a pressure, where that is no longer known."""
 PRESSURES = ("psi", "kPa", "mbar", "bar", "MPa", "Pa", "mmHg", "inHg", "cmH2O")
 """Units that a pressure may rather be in, the most usual first."""
-LONG_S = 4 * 3600.0
-"""Minimum duration of a test whose clock may count milliseconds [s]."""
-DAY_S = 24 * 3600.0
-"""The same where its step may be one in seconds. Slow cycles take 8 hours."""
-MINUTE_S, HOUR_S = 60.0, 3600.0
-"""Durations that loggers of seconds divide into whole steps [s]: of 10 or 30 s, of 1 or 5 minutes."""
-SECOND_MS = 1000.0
-"""The same of loggers of milliseconds [ms]: steps of 10, 50 or 200 ms. Slow programs take 102 or 503 ms."""
+LONG_S = 10 * 3600.0
+"""Minimum duration of a test whose clock may count milliseconds [s]. Slow cycles take 8 hours, with steps of
+5 to 240 s. Milliseconds under seconds reach as far after 29 s, and no step tells both apart."""
 COUNTED_S = 5.0
 """Minimum step of such a clock [s]. Microcontrollers log every 5 ms or slower."""
 SLOWEST_K_PER_S = 0.05 / 60.0
@@ -193,7 +194,7 @@ def _pressure(recording: Recording, material: Calibration | None, unit: str | No
     pull = 0.0 if own is None else _pull(recording, most) / own
     if pull > FARTHEST_TUBE:
         told = "more than silicone bears"
-    elif 0.0 < pull < TUBE_PULLS[0] and most >= LEAST_KPA and _is_driven(pressure):
+    elif 0.0 < pull < TUBE_PULLS[0] and most >= LEAST_KPA and _is_driven(recording):
         told = "so that it hardly does anything"
     else:
         return []
@@ -211,14 +212,31 @@ def _pressure(recording: Recording, material: Calibration | None, unit: str | No
     ]
 
 
-def _is_driven(pressure: np.ndarray) -> bool:
-    """True for a pressure that is swept, far beyond noise and resolution, and not a zero that drifts."""
+def _is_driven(recording: Recording) -> bool:
+    """True for a pressure that is swept, far beyond noise and resolution, and not a zero that drifts.
+
+    One of a sealed tube that warms is not driven either: it follows the heat of the springs.
+    """
+    pressure = recording.columns["pressure_kPa"]
     known = pressure[np.isfinite(pressure)]
     most, levels = float(np.max(np.abs(known))), np.unique(known)
     if known.size < MANY_ROWS or float(np.ptp(known)) < SWEPT * most:
         return False
     curved = np.abs(np.diff(known, 2))  # of independent readings, with six times their variance
-    return max(float(np.median(curved)) / 2.0, float(np.median(np.diff(levels)))) <= STEADY * most
+    if max(float(np.median(curved)) / 2.0, float(np.median(np.diff(levels)))) > STEADY * most:
+        return False
+    heats = [name for name in recording.columns if name.startswith(("resistance", "current"))]
+    return not any(_warms(pressure, recording.columns[name], name) for name in heats)
+
+
+def _warms(pressure: np.ndarray, heat: np.ndarray, name: str) -> bool:
+    """True for a pressure that follows a resistance that heat changes, or a current."""
+    both = np.isfinite(pressure) & np.isfinite(heat)
+    pressure, heat = pressure[both], heat[both]
+    least = HEATED if name.startswith("resistance") else 0.0
+    if pressure.size < MANY_ROWS or np.ptp(heat) <= least * _largest(heat) or np.ptp(pressure) == 0.0:
+        return False
+    return bool(abs(np.corrcoef(pressure, heat)[0, 1]) >= HEATS)
 
 
 def _pull(recording: Recording, pressure: float | np.ndarray) -> float | np.ndarray:
@@ -305,7 +323,7 @@ def _clock(recording: Recording, unit: str | None) -> list[Question]:
             )
         ]
     whole, step = bool(np.all(np.mod(time, 1.0) == 0.0)), float(np.median(steps))
-    if not whole or step < COUNTED_S or lasts < _least_long(step) or _is_slow(recording, steps):
+    if not whole or step < COUNTED_S or lasts < LONG_S or _is_slow(recording, steps):
         return []
     return [
         Question(
@@ -314,14 +332,6 @@ def _clock(recording: Recording, unit: str | None) -> list[Question]:
             f" these milliseconds? Then it lasts {1e-3 * lasts:.4g} s (on import: --unit time=ms)",
         )
     ]
-
-
-def _least_long(step: float) -> float:
-    """Minimum duration of a test whose clock may count milliseconds, by its step [s]; infinite for none."""
-    of_milliseconds = SECOND_MS % step == 0.0
-    if MINUTE_S % step == 0.0 or (step % MINUTE_S == 0.0 and HOUR_S % step == 0.0):
-        return DAY_S if of_milliseconds else math.inf
-    return LONG_S if of_milliseconds or step > MINUTE_S else DAY_S
 
 
 def _is_slow(recording: Recording, steps: np.ndarray) -> bool:

@@ -48,7 +48,8 @@ class Misread:
         before, after: largest root mean square error of an output over its range in a recording [1]. They are
             of the base model refitted to the readings as they are, and as they would be.
         total: sum of the squares of the errors after, over all recordings [1].
-        alike: other slips that explain about as much, the best first. Of equal ones, those between units are.
+        alike: other slips that explain about as much, the best first. Of equal ones those between units are,
+            and of these the powers of ten.
     """
 
     column: str
@@ -131,8 +132,30 @@ def misread_in(
     most = (1.0 + SHARE.alike) ** 2 * min(one.total for one in found)
     alike = [one for one in found if one.total <= most]
     equal = (1.0 + SHARE.same) ** 2 * min(one.total for one in alike)
-    best, *others = sorted(alike, key=lambda one: (max(one.total, equal), not one.between_units))
+    alike.sort(key=lambda one: (max(one.total, equal), not one.between_units, not _is_ten(one.factor)))
+    best, *others = [alike[k] for k in _apart([(one.column, one.factor) for one in alike])]
     return dataclasses.replace(best, alike=tuple(others))
+
+
+def _apart(slips: Sequence[tuple[str, float | None]]) -> list[int]:
+    """Indices of slips without those whose factor is nearly that of one before, such as 9.81 after 10."""
+    found = list[int]()
+    for k, slip in enumerate(slips):
+        if not any(_near(slip, slips[known]) for known in found):
+            found.append(k)
+    return found
+
+
+def _is_ten(factor: float | None) -> bool:
+    """True for a power of ten, the plainest of factors that a refitted model does not tell apart."""
+    return factor is not None and factor > 0.0 and bool(np.log10(factor) % 1.0 == 0.0)
+
+
+def _near(one: tuple[str, float | None], other: tuple[str, float | None]) -> bool:
+    """True if two factors multiply one column, and a refitted model hardly tells them apart."""
+    if one[0] != other[0] or one[1] is None or other[1] is None or min(one[1], other[1]) < 0.0:
+        return False
+    return _differ_less(one[1], other[1], SHARE.alike)
 
 
 def _promising(
@@ -141,7 +164,8 @@ def _promising(
     """Slips with which the nominal base model misses least, and recordings that they help.
 
     Before each stands the sum of squared relative errors that it leaves [1], ascending. All but the first
-    leave less than `most`, which is that of the refitted base model.
+    leave less than `most`, which is that of the refitted base model. The nominal model does not tell factors
+    that are nearly equal, such as 9.81 and 10, so that they count once and all of them come.
     """
     here = program.evaluate(program.unknowns.neutral, program.unknowns.base[:0])
     nominal, tried = _errors(program, here), []
@@ -164,7 +188,10 @@ def _promising(
             helped = errors < nominal
             tried.append((_sum(np.where(helped, errors, nominal)), (column, factor, helped)))
     tried.sort(key=lambda one: one[0])
-    best = [one for one in tried[: SEARCH.refitted_slips] if one[0] < _sum(nominal)]
+    slips = [(column, factor) for _, (column, factor, _) in tried]
+    firsts = _apart(slips)[: SEARCH.refitted_slips]
+    near = [k in firsts or any(_near(slip, slips[first]) for first in firsts) for k, slip in enumerate(slips)]
+    best = [one for one, is_near in zip(tried, near, strict=True) if is_near and one[0] < _sum(nominal)]
     return [one for k, one in enumerate(best) if k == 0 or one[0] < most]
 
 
@@ -265,7 +292,7 @@ def units_of(column: str, factor: float) -> str:
     """Units between which a factor leads, such as `psi read as bar`; empty where it is none of such a pair.
 
     Pairs whose ratio differs too little for a refitted model to tell are named, too, the nearest first. So is
-    a decimal point in another place.
+    a decimal point in another place, unless such a pair differs by that power of ten itself.
 
     Args:
         column: canonical column.
@@ -273,21 +300,25 @@ def units_of(column: str, factor: float) -> str:
     """
     if factor < 0.0:
         return ""
-    pairs = [one for one in confused_pairs(column) if _differ_less(one[0], factor, SHARE.alike)]
-    pairs.sort(key=lambda one: not _differ_less(one[0], factor, SHARE.same))
-    named = [f"{_WORDS.get(meant, meant)} read as {_WORDS.get(stated, stated)}" for _, meant, stated in pairs]
-    ten = 10.0 ** np.round(np.log10(factor))
-    if named and _differ_less(ten, factor, SHARE.alike) and not _differ_less(ten, factor, SHARE.same):
-        named.append("a slip of the decimal point")
-    return joined(named, "or")
+    near = [
+        (ratio, f"{_WORDS.get(meant, meant)} read as {_WORDS.get(stated, stated)}")
+        for ratio, meant, stated in confused_pairs(column)
+        if _differ_less(ratio, factor, SHARE.alike)
+    ]
+    ten = float(10.0 ** np.round(np.log10(factor)))
+    is_pair = any(_differ_less(ten, ratio, SHARE.same) for ratio, _ in near)
+    if near and not is_pair and _differ_less(ten, factor, SHARE.alike):
+        near.append((ten, "a slip of the decimal point"))
+    near.sort(key=lambda one: not _differ_less(one[0], factor, SHARE.same))
+    return joined([words for _, words in near], "or")
 
 
 def factors_of(column: str) -> list[float]:
     """Factors by which a column in another unit than is stated would be off, and -1 [1].
 
     They are ratios between units that are confused, those of the column's unit to others of its dimension,
-    and powers of ten. Of ratios that are nearly equal the first in this order counts. The largest and its
-    inverse come first.
+    and powers of ten. Of ratios that are nearly equal the first in this order counts, yet every power of ten
+    does. The largest and its inverse come first.
 
     Args:
         column: canonical column.
@@ -297,8 +328,10 @@ def factors_of(column: str) -> list[float]:
     ratios += [other.factor / unit.factor for other in UNITS.values() if other.dimension == unit.dimension]
     tens = 10.0 ** np.arange(1.0, np.floor(np.log10(most)) + 1.0)
     found: list[float] = []
-    for ratio in (*(max(r, 1.0 / r) for r in ratios), *tens):
-        if _are_confused(ratio) and not any(_differ_less(ratio, known, SHARE.alike) for known in found):
+    for ratio in (*tens, *(max(r, 1.0 / r) for r in ratios)):
+        shares = [SHARE.same if known in tens else SHARE.alike for known in found]
+        known_apart = (not _differ_less(ratio, *one) for one in zip(found, shares, strict=True))
+        if _are_confused(ratio) and all(known_apart):
             found.append(float(ratio))
     found.sort(reverse=True)
     return [*(factor for ratio in found for factor in (ratio, 1.0 / ratio)), -1.0]
