@@ -165,7 +165,7 @@ def _promising(
 
     Before each stands the sum of squared relative errors that it leaves [1], ascending. All but the first
     leave less than `most`, which is that of the refitted base model. The nominal model does not tell factors
-    that are nearly equal, such as 9.81 and 10, so that they count once and all of them come.
+    that are nearly equal, such as 9.81 and 10. They count as one slip, and all of them come.
     """
     here = program.evaluate(program.unknowns.neutral, program.unknowns.base[:0])
     nominal, tried = _errors(program, here), []
