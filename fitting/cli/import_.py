@@ -59,6 +59,13 @@ from ._common import FINITE
     "keep: left as it is. STRAIN: where the specimen grew taut (mm of a spring).",
 )
 @click.option(
+    "--rows",
+    multiple=True,
+    metavar="[TEST=]FIRST:LAST",
+    help="Rows to keep, as messages number them, both included: 1:350, 20: or :99,120:. All others are left"
+    " out. Of several tests, TEST names the one that is meant.",
+)
+@click.option(
     "--sheet", metavar="NAME", help="Sheet to read, by name or number; all that hold a test by default."
 )
 @click.option(

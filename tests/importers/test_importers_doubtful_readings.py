@@ -1,5 +1,6 @@
 """Readings at a limit, turned signs, a clock that leaps by an hour, and rows that a workbook hides."""
 
+import re
 from datetime import datetime, timedelta
 
 import numpy as np
@@ -100,7 +101,7 @@ def test_a_stress_that_vanishes_while_the_pull_goes_on_is_asked_about(put, rows)
     (note,) = pull(put, PULLED, broken)
     assert "kPa in row 10" in note and "in row 10" in note and "These rows are kept" in note
     (note,) = pull(put, -0.4 * PULLED, -broken)
-    assert "take the rows from 10" in note
+    assert f"If it did: --rows 1:{int(re.search('in row ([0-9]+) to', note)[1])}" in note
 
 
 def test_neither_an_unloading_nor_a_spike_nor_a_whole_pull_is_a_break(put):

@@ -34,6 +34,7 @@ from .derive import derive, question_stress
 from .doubtful_readings import question_labels, question_readings, question_twice
 from .header_lines import lines_unread, say_header
 from .making import Channel, Making
+from .names import name_of, slug
 from .options import Options
 from .other_headings import unrecognised
 from .parts import Sample
@@ -136,6 +137,7 @@ def _making(
     return Making(
         with_options(channels, options), kind, options, sample.sizes, place, [*sample.notices, *notices],
         raw=frozenset(channels), unrecognised=others, unread=tuple(lines_unread(sample.require_grid())),
+        called=sample.called, kept=sample.kept,
     )  # fmt: skip
 
 
@@ -333,12 +335,10 @@ def _geometry(facts: Facts, making: Making) -> dict:
 def _names(sample: Sample, options: Options, facts: Facts) -> tuple[str, str]:
     """Names of the recording and of its specimen. Several tests of a file are distinguished by their
     titles."""
-    stem = slug(sample.raw.path.stem)
-    name = slug(f"{stem}_{sample.title}") if sample.title else stem
-    specimen = facts.specimen or stem
+    specimen = facts.specimen or slug(sample.raw.path.stem)
     if sample.title and sample.own_specimen:
         specimen = slug(f"{specimen}_{sample.title}")
-    return name, options.specimen or specimen
+    return name_of(sample.raw.path, sample.title), options.specimen or specimen
 
 
 def _source(sample: Sample, provenance: Provenance, facts: Facts) -> dict[str, object]:
@@ -349,15 +349,10 @@ def _source(sample: Sample, provenance: Provenance, facts: Facts) -> dict[str, o
         **facts.source,
         schema.IMPORTED: raw.path.name,
         **({"raw_part": sample.title} if sample.title else {}),
+        **({"rows_left_out": sample.left_out} if sample.left_out else {}),
         "raw_sha256": raw.sha256,
         "raw_format": facts.format,
     }
-
-
-def slug(text: str) -> str:
-    """A valid name for files and specimens: letters, digits, points, dashes and underscores."""
-    cleaned = "".join(c if c.isalnum() or c in ".-" else "_" for c in text)
-    return "_".join(part for part in cleaned.split("_") if part) or "recording"
 
 
 def _row_numbers(rows: np.ndarray) -> str:

@@ -233,8 +233,16 @@ def _question_rupture(course: _Course, making: Making) -> None:
             f"{course.answer} falls from {y[before]:.4g} {course.unit} in row {course.rows[before]} to"
             f" {y[after]:.4g} in row {course.rows[after]} and stays there, while strain does not go back: did"
             " the specimen break, or slip out of its grips? These rows are kept, and a fit takes them for the"
-            f" material's. If it did, take the rows from {course.rows[before] + 1} on out of the file"
+            f" material's. If it did: {making.keep_rows(*_up_to(course.rows, before))}"
         )
+
+
+def _up_to(rows: np.ndarray, at: int) -> tuple[int, int | None]:
+    """Numbers of the first and the last row, from the start of a test up to one of its rows.
+
+    A log that begins with its newest row keeps the rows from there on.
+    """
+    return (int(rows[at]), None) if rows[0] > rows[-1] else (1, int(rows[at]))
 
 
 def _question_turn(columns: dict[str, np.ndarray], rows: np.ndarray, making: Making) -> None:

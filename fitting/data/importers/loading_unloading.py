@@ -6,9 +6,10 @@ from dataclasses import replace
 import numpy as np
 
 from ..recordings import Recording
-from .assemble import Facts, assemble, slug
+from .assemble import Facts, assemble
 from .channels import numbered
 from .format import Format
+from .names import slug
 from .options import Options
 from .parts import Sample
 from .strain_unit import unit_assumed

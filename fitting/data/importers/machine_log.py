@@ -5,12 +5,13 @@ import numpy as np
 
 from ..recordings import Recording
 from ..recordings.table import unusable
-from .assemble import Facts, assemble, slug
+from .assemble import Facts, assemble
 from .channels import channels_of, in_unit
 from .derive import CREDIBLE_STRESS_MPA
 from .format import Format
 from .grid import Grid
 from .making import Channel
+from .names import slug
 from .options import Options
 from .parts import Sample
 

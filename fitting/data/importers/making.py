@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from .options import Options
+from .row_ranges import RowRange, option_to_keep
 from .sizes import Sizes
 
 
@@ -52,6 +53,8 @@ class Making:
         unrecognised: words about columns of the file that no quantity takes; empty if there are none.
         unread: lines around the table that may state a size and are not read as one.
         clock_counts_rows: true if the file has no clock and nobody states the time between rows.
+        called: name of the test, where several are imported at once; else empty.
+        kept: rows that the user chose; empty for all.
     """
 
     channels: dict[str, Channel]
@@ -66,12 +69,18 @@ class Making:
     unrecognised: str = ""
     clock_counts_rows: bool = False
     unread: tuple[str, ...] = ()
+    called: str = ""
+    kept: tuple[RowRange, ...] = ()
 
     @property
     def may_state_sizes(self) -> str:
         """The lines that may state a size and are not read as one, as the end of a refusal; else empty."""
         lines = ", ".join(map(repr, self.unread))
         return f"; not read, though they may state a size: {lines}" if lines else ""
+
+    def keep_rows(self, first: int, last: int | None) -> str:
+        """The option that keeps the rows of this test from one to another, or to the end."""
+        return option_to_keep(self.called, self.kept, first, last)
 
     def say(self, text: str) -> None:
         """Add a notice about the interpretation."""

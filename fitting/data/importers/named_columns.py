@@ -12,7 +12,7 @@ from ..recordings import Recording, schema
 from ..recordings.columns import convert
 from ..recordings.kinds import WIRE_STRAIN_FRACTION_LIMIT, WIRE_STRAIN_LIMIT
 from ..recordings.table import unusable
-from .assemble import Facts, assemble, slug
+from .assemble import Facts, assemble
 from .channels import channels_of, in_unit, named_channels
 from .circuit import VOLTAGES, resistance_named
 from .columns_aside import notices_of_columns_aside
@@ -20,6 +20,7 @@ from .derive import METAL_MPA
 from .format import Format
 from .header_lines import lines_unread
 from .making import Channel, Making
+from .names import slug
 from .options import Options
 from .other_headings import unrecognised
 from .parts import Sample, stated_specimen

@@ -10,6 +10,7 @@ from pneusma_jax.units import UNITS, dimension_of, suggested_unit
 from ..recordings import schema
 from ..recordings.columns import written_unit
 from ..recordings.sidecar import implausible_size
+from .row_ranges import RowChoice, parse_rows
 from .spelling import pressure_zero, unit_name
 
 # Quantities that a column of a raw file may hold: those of the recording format, and what they are
@@ -68,6 +69,7 @@ class Options:
         slack: strain (or elongation in mm) up to which a specimen hung slack. `"auto"` finds it. `"fit"`
             leaves it and the load cell's zero to every fit. `"keep"` leaves the start unchanged without a
             notice. None reports slack that is found.
+        rows: ranges of the rows that are kept, by the name of the test; under an empty name for the only one.
         sheet: name or number of the only sheet to read.
         interval_s: seconds between samples, for files without a clock.
         licence, citation, specimen, role: entries of the sidecar.
@@ -85,6 +87,7 @@ class Options:
     subtracted: Mapping[str, tuple[float, str]] = field(default_factory=dict)
     compression: bool | None = None
     slack: str | float | None = None
+    rows: RowChoice = field(default_factory=dict)
     sheet: str | None = None
     interval_s: float | None = None
     licence: str | None = None
@@ -117,6 +120,7 @@ class Options:
             or self.constants
             or self.subtracted
             or self.compression
+            or self.rows
             or self.slack not in (None, "keep", "fit")
         )
 
@@ -138,6 +142,7 @@ def make_options(
     subtracted: Iterable[str] = (),
     compression: bool | None = None,
     slack: str | None = None,
+    rows: Iterable[str] = (),
     sheet: str | None = None,
     interval_s: float | None = None,
     licence: str | None = None,
@@ -184,6 +189,7 @@ def make_options(
         subtracted=_amounts("--subtract", subtracted),
         compression=compression,
         slack=_slack(slack),
+        rows=parse_rows(rows),
         sheet=sheet,
         interval_s=interval_s,
         licence=licence,

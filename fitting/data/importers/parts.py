@@ -13,6 +13,7 @@ from .numbered_columns import with_numbered_headings
 from .numerals import is_blank
 from .pages import joined_pages, oldest_first, states_a_specimen
 from .raw import Page, RawFile
+from .row_ranges import RowRange
 from .separators import LEAST_ROWS
 from .serial_output import as_table
 from .size_tables import may_hold_sizes, table_of_sizes
@@ -59,6 +60,9 @@ class Sample:
         notices: sentences about the file as a whole.
         sheet: name of its sheet.
         elsewhere: rows of the sheets without a test that are short enough to state sizes.
+        called: name of its recording, where several tests are imported at once; else empty.
+        kept: rows that the user chose; empty for all.
+        left_out: the other rows in words; empty if there are none.
     """
 
     raw: RawFile
@@ -70,6 +74,9 @@ class Sample:
     notices: tuple[str, ...] = ()
     sheet: str = ""
     elsewhere: tuple[list[str], ...] = ()
+    called: str = ""
+    kept: tuple[RowRange, ...] = ()
+    left_out: str = ""
 
     def require_grid(self) -> Grid:
         """The table of numbers, or an error if there is none.

@@ -23,11 +23,12 @@ from . import (
     tensile_database,
 )
 from .already import SENTENCE, is_recording
-from .assemble import slug
 from .channel_lists import one_channel_a_row
 from .channels import mapped_channels, named_channels
+from .chosen_rows import called, refuse_several_named, refuse_unused_rows, with_chosen_rows
 from .format import Format
 from .grid import Grid
+from .names import name_of, slug
 from .no_table import few_numbers, in_rows, words_for_numbers
 from .options import QUANTITIES, Options
 from .other_headings import advised
@@ -163,11 +164,18 @@ def import_tests(path: str | Path, options: Options | None = None) -> list[Recor
     options = options or Options()
     made = _tests_of(path, options)
     _refuse_unused(made, options)
+    refuse_unused_rows(options.rows, [(one.sample, one.options.used) for one in made])
     return [one.recording for one in made]
 
 
-def _tests_of(path: str | Path, options: Options) -> list[Made]:
-    """Recordings of a file, each with its own record of used options."""
+def _tests_of(path: str | Path, options: Options, alone: bool = True) -> list[Made]:
+    """Recordings of a file, each with its own record of used options.
+
+    Args:
+        path: text file or xlsx.
+        options: statements of the user.
+        alone: true if no other file is imported with it.
+    """
     samples, options = _selected_test(samples_of(open_raw(path), options.sheet), options)
     formats: list[Format | InputError] = [_format_or_error(sample, options) for sample in samples]
     formats_of_tests = [found for found in formats if isinstance(found, Format) and not found.refuses]
@@ -177,6 +185,9 @@ def _tests_of(path: str | Path, options: Options) -> list[Made]:
         if isinstance(first, InputError):
             raise first
         _read(first, samples[0], options.alone())
+    tests = [sample for sample, found in zip(samples, formats, strict=True) if found in formats_of_tests]
+    refuse_several_named(options.rows, tests)
+    alone = alone and len(tests) == 1
     made: list[Made] = []
     aside = []
     for sample, found in zip(samples, formats, strict=True):
@@ -187,10 +198,28 @@ def _tests_of(path: str | Path, options: Options) -> list[Made]:
             continue
         _refuse_doubtful([sample])
         own = options.alone()
+        sample = _with_rows(sample, own, alone)
         made.append(Made(_read(found, sample, own), own, sample))
     for one in made:
         _add_notices(one.recording, [*aside, *_several_tests_notice(one.recording, made)])
     return made
+
+
+def _with_rows(sample: Sample, own: Options, alone: bool) -> Sample:
+    """A test without the rows that the user leaves out, which is recorded as used.
+
+    Args:
+        sample: the test.
+        own: statements of the user, with the record of those that this test uses.
+        alone: true if no other test is imported with it.
+
+    Raises:
+        InputError: if its rows cannot be chosen so.
+    """
+    sample = sample if alone else replace(sample, called=name_of(sample.raw.path, sample.title))
+    names = called(sample, own.rows, alone)
+    own.used.names.update(("--rows", name) for name in names)
+    return with_chosen_rows(sample, own.rows, names) if names else sample
 
 
 def _read(format: Format, sample: Sample, options: Options) -> Recording:
@@ -323,15 +352,18 @@ def import_files(paths: Iterable[str | Path], options: Options | None = None) ->
     """
     options, paths = options or Options(), list(map(Path, paths))
     made: list[Made] = []
+    alone = len(paths) == 1
     errors: list[InputError] = []
     for path in paths:
         try:
-            made += _tests_of(path, options)
+            made += _tests_of(path, options, alone)
         except InputError as error:
             errors.append(error)
     if errors:
         raise first_of(errors)
     _refuse_unused(made, options)
+    refuse_unused_rows(options.rows, [(one.sample, one.options.used) for one in made])
+    refuse_several_named(options.rows, [one.sample for one in made])
     recordings = [one.recording for one in made]
     _refuse_twice(paths)
     if options.successive:

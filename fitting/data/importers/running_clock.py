@@ -53,7 +53,8 @@ def with_clock(
     if back.size and needed:
         raise unusable(
             making.place, f"the clock goes back from {time[back[0]]:g} to {time[back[0] + 1]:g} s; cut the"
-            " file there, and import the pieces",
+            " file there, and import the pieces, or keep the first one:"
+            f" {making.keep_rows(1, int(rows[back[0]]))}",
             int(rows[back[0] + 1]), "time",
         )  # fmt: skip
     if back.size:

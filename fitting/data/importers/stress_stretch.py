@@ -7,9 +7,10 @@ import numpy as np
 from ..recordings import Recording
 from ..recordings.kinds import FARTHEST_STRETCH
 from ..recordings.table import unusable
-from .assemble import Facts, assemble, slug
+from .assemble import Facts, assemble
 from .channels import numbered
 from .format import Format
+from .names import slug
 from .options import Options
 from .parts import Sample
 from .strain_unit import unit_assumed

@@ -4,9 +4,10 @@ engineering values."""
 from dataclasses import replace
 
 from ..recordings import Recording
-from .assemble import Facts, assemble, slug
+from .assemble import Facts, assemble
 from .channels import channels_of
 from .format import Format
+from .names import slug
 from .options import Options
 from .parts import Sample
 from .provenance import Provenance
