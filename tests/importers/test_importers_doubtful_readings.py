@@ -121,3 +121,46 @@ def test_a_wire_that_cools_at_one_strain_does_not_break(put):
     rows = "".join(f"{t},{e:.6f},{s:.3f},{k:.2f}\n" for t, e, s, k in zip(TIME, strain, stress, np.linspace(90.0, 25.0, N), strict=True))
     path = put("a.csv", f"Time (s),Strain (-),Stress (MPa),Temperature (degC)\n{rows}")
     assert not [note for note in checks(import_file(path, make_options(kind="wire"))) if "did the specimen break" in note]
+
+
+def first_row(put, position, stress=None, head="Time (s),Strain (-),Stress (kPa)"):
+    force = position - position.min() if stress is None else stress
+    rows = "".join(f"{0.5 * k},{x:.5f},{f:.5f}\n" for k, (x, f) in enumerate(zip(position, force, strict=True)))
+    notes = checks(import_file(put("a.csv", f"{head}\n{rows}"), make_options(kind="elastomer", slack="keep")))
+    return [note for note in notes if "logged before the test began" in note]
+
+
+ON = 0.018 + 0.01 * np.arange(60)
+
+
+def test_a_first_row_far_from_the_second_is_asked_about(put):
+    (note,) = first_row(put, np.concatenate([[0.113], ON]))
+    assert "strain is 0.113 in row 2 and 0.018 in row 3, from where it rises: was the first row" in note
+    assert note.endswith("If it was: --rows 3:")
+    recording = import_file(put("b.csv", table(*(x.copy() for x in (ON, 0.5 * np.arange(60), ON)))), make_options(kind="elastomer"))
+    assert not [n for n in checks(recording) if "logged before" in n]
+    (note,) = first_row(put, -0.5 * np.concatenate([[0.113], ON]), -np.concatenate([[0.1], ON]))
+    assert "from where it falls" in note
+    waits = np.concatenate([[0.113], np.full(12, 0.018), ON])
+    assert first_row(put, waits)
+
+
+def test_a_spring_whose_position_begins_elsewhere_is_asked_about(put):
+    rows = "".join(f"{0.5 * k},{x:.4f},{0.1 * x:.5f},22\n" for k, x in enumerate([0.113, *(0.018 + 0.02 * np.arange(60))]))
+    path = put("a.csv", f"Time (s),Position (mm),Force (N),Temperature (degC)\n{rows}")
+    named = {"kind": "spring", "dimensions": ["wire_diameter_mm=0.25"]}
+    (note,) = [n for n in checks(import_file(path, make_options(**named))) if "logged before" in n]
+    assert "elongation is 0.113 in row 2 and 0.018 in row 3" in note and note.endswith("--rows 3:")
+    mended = import_file(path, make_options(rows=["3:"], **named))
+    assert len(mended) == 60 and not [n for n in checks(mended) if "logged before" in n]
+
+
+def test_neither_noise_nor_a_step_nor_a_turn_is_a_first_row_before_the_test(put):
+    noise = np.random.default_rng(7)
+    for _ in range(200):
+        at_rest = 0.02 + 0.001 * noise.standard_normal(20)
+        assert not first_row(put, np.concatenate([at_rest, ON]))
+    assert not first_row(put, np.concatenate([[0.0], 0.5 + 1e-4 * np.arange(60)]))  # loaded at once, then held
+    assert not first_row(put, np.concatenate([[0.023, 0.018], ON[1:]]))  # half a step
+    quantum = 0.02 + 5e-4 * np.array([1, 0, 0, 0, 0, 0, 0, 1, 0, 0])
+    assert not first_row(put, np.concatenate([quantum, ON]))

@@ -87,3 +87,28 @@ def test_an_interval_wins_over_a_clock_without_a_heading(put):
     np.testing.assert_allclose(recording.columns["time_s"], 0.1 * np.arange(N), atol=1e-9)
     (said,) = [note for note in checks(recording) if "clock" in note]
     assert "column 1 was read as a clock and left aside, as --interval states" in said and "--map time=1" in said
+
+
+def below_numbers(put, first, last=40, mark=","):
+    x = np.linspace(0.0, 1.0, last)
+    rows = "".join(f"{2.0 * k:.1f},{a:.4f},{0.5 * a * a:.4f}\n" for k, a in enumerate(x)).replace(",", mark)
+    return put("a.csv", f"{first}\n{rows}")
+
+
+MAPPED = {"columns": ["time=1", "strain=2", "stress=3"], "units": ["time=s", "strain=1", "stress=MPa"], "kind": "elastomer"}
+
+
+@pytest.mark.parametrize("mark", [",", ";", "\t"])
+def test_a_first_row_of_numbers_without_a_first_field_may_be_headings(put, mark):
+    path = below_numbers(put, f"{mark}900{mark}805", mark=mark)
+    asked = "row 1 has no first field, and its numbers (900, 805) are far from all below: are these its headings?"
+    assert asked in refusal(path)
+    (note,) = [n for n in import_file(path, make_options(**MAPPED)).notices if "its headings" in n]
+    assert note.startswith(f"check: {asked}") and "--rows 2: leaves that row out" in note
+    assert len(import_file(path, make_options(rows=["2:"], **MAPPED))) == 40
+
+
+@pytest.mark.parametrize("first", [",0.01,0.02", "0,900,805", ",,805", ",0.5,900"])
+def test_a_first_row_like_the_others_is_asked_nothing(put, first):
+    recording = import_file(below_numbers(put, first), make_options(**MAPPED))
+    assert not [n for n in recording.notices if "its headings" in n]

@@ -285,3 +285,51 @@ def test_a_recording_is_asked_too_as_it_is_read(tmp_path):
 def test_nothing_is_asked_of_the_shipped_recordings(kind):
     notices = [text for one in read_campaign(SHIPPED / kind).recordings for text in one.notices]
     assert not [text for text in notices if "--unit" in text]
+
+
+STIFF = {"Strain [%]": 0.53 * RAMP, "Stress [MPa]": 3.1 * RAMP}
+
+
+@pytest.mark.parametrize("units", [[], ["strain=percent"], ["strain=percent", "stress=MPa"]])
+def test_a_coupon_far_stiffer_than_any_rubber_is_asked_about_whatever_is_stated(table, units):
+    (asked,) = questions(table(**{"Time [s]": T}, **STIFF), kind="elastomer", units=units)
+    assert "strain reaches 0.0053 under 3100 kPa, a modulus of 585 MPa; silicones have 0.05 to 5 MPa, hard rubbers up to 50" in asked
+    assert "Then they reach 0.53 (on import: --unit strain=1)" in asked
+    assert "Then the modulus is 0.58 MPa (on import: --unit stress=kPa)" in asked
+
+
+@pytest.mark.parametrize("mend", ["strain=1", "stress=kPa"])
+def test_each_unit_that_the_question_names_answers_it(table, mend):
+    asked = questions(table(**{"Time [s]": T}, **STIFF), kind="elastomer", units=[mend])
+    assert not [text for text in asked if "modulus" in text]
+
+
+def test_a_strain_in_fractions_is_no_percent_and_a_stress_that_is_made_has_no_unit_to_state(table):
+    coupon = {"Strain [mm/mm]": 0.0053 * RAMP, "Stress [MPa]": 3.1 * RAMP}
+    (asked,) = questions(table(**{"Time [s]": T}, **coupon), kind="elastomer")
+    assert "percent" not in asked and "--unit stress=kPa" in asked
+    machine = {"Extension [mm]": 0.0053 * 25.0 * RAMP, "Load [N]": 3.1 * 12.0 * RAMP}
+    sizes = ["gauge_length_mm=25", "area_mm2=12"]
+    (asked,) = questions(table(**{"Time [s]": T}, **machine), kind="elastomer", dimensions=sizes)
+    assert "stress=kPa" not in asked and asked.endswith("Are its units and sizes right? (on import: --unit, --dimension)")
+
+
+@pytest.mark.parametrize(("modulus_mpa", "most"), [(50.0, 0.3), (45.0, 1.0), (20.0, 4.0), (6.0, 0.25)])
+def test_a_hard_rubber_is_not_asked_about(table, modulus_mpa, most):
+    coupon = {"Strain [mm/mm]": most * RAMP, "Stress [MPa]": 0.99 * modulus_mpa * most * RAMP}
+    assert not questions(table(**{"Time [s]": T}, **coupon), kind="elastomer")
+
+
+@pytest.mark.parametrize("curvature", [{}, {"Curvature [1/m]": 8.0 * RAMP}])
+@pytest.mark.parametrize(("most", "turns"), [(-15743.0, "43.7 turns, with more than 540 in 115 rows"), (650.0, "1.81 turns, with more than 540 in 21 rows")])
+def test_an_angle_beyond_a_turn_and_a_half_is_asked_about(table, curvature, most, turns):
+    path = actuator(table, {"Pressure [kPa]": 30.0 * RAMP}, {"Bend angle [deg]": most * RAMP, **curvature})
+    (asked,) = questions(path)
+    assert turns in asked and asked.endswith("Few actuators bend so far: are these readings right, and their unit (on import: --unit bend_angle=...)?")
+
+
+def test_one_reading_beyond_a_turn_and_a_half_is_asked_about_and_a_curl_is_not(table):
+    angle = np.where(T == 60.0, 650.0, 80.0 * RAMP)
+    (asked,) = questions(actuator(table, {"Pressure [kPa]": 30.0 * RAMP}, {"Bend angle [deg]": angle}))
+    assert "with more than 540 in 1 row." in asked
+    assert not questions(actuator(table, {"Pressure [kPa]": 30.0 * RAMP}, {"Bend angle [deg]": 500.0 * RAMP}))

@@ -270,9 +270,11 @@ def _question_rows(columns: dict[str, np.ndarray], making: Making) -> None:
 
 
 def _written_units(recording: Recording, making: Making) -> dict[str, str]:
-    """Units that the file states, by canonical column."""
+    """Units that the file states, by canonical column that is read from it. A strain of lengths has none."""
     channels = {name: making.channels.get(schema.quantity_and_unit(name)[0]) for name in recording.columns}
-    return {name: unit_name(one.unit) for name, one in channels.items() if one is not None and one.unit}
+    stated = {name: one for name, one in channels.items() if one is not None and one.unit and not one.made}
+    made = {"strain": "1"} if (strain := making.channels.get("strain")) is not None and strain.made else {}
+    return {name: unit_name(one.unit) for name, one in stated.items()} | made
 
 
 def _units_known(sample: Sample, making: Making) -> set[str]:

@@ -51,6 +51,15 @@ BACK = 0.02
 """Maximum return of the strain from there to the end, as part of its range. Unloading returns farther."""
 SWEPT_K = 5.0
 """Minimum change of a wire's temperature under which its stress may vanish without a break [K]."""
+FIRST_STEPS = 5
+"""Number of steps after the first one that tell where a drive goes."""
+FIRST_APART = 2.0
+"""Minimum first step that goes the other way, over the largest of these [1]. Of 88 recorded and simulated
+tests none begins with a step against steady ones."""
+FIRST_OF_RANGE = 1e-3
+"""The same, over the range of the drive [1]."""
+FIRST_QUANTA = 3.0
+"""The same, over the smallest step of the drive [1]. A coarse sensor at rest steps by one."""
 HOUR_STEPS = 2.0
 """Maximum distance of a leap from an hour, in median steps of the clock."""
 
@@ -116,6 +125,8 @@ def question_readings(
                 _question_sign(course, making)
                 if pair[0] == "strain" and not _heated(columns):
                     _question_rupture(course, making)
+                if course.drive in ("strain", "elongation") and course.answer != "resistance":
+                    _question_first(course, making)
     if is_clock and "time_s" in columns:
         _question_hour(columns["time_s"], rows, making)
     if "bend_angle_deg" in columns:
@@ -235,6 +246,34 @@ def _question_rupture(course: _Course, making: Making) -> None:
             " the specimen break, or slip out of its grips? These rows are kept, and a fit takes them for the"
             f" material's. If it did: {making.keep_rows(*_up_to(course.rows, before))}"
         )
+
+
+def _question_first(course: _Course, making: Making) -> None:
+    """Ask about a first row far from the second, from which the drive goes the other way.
+
+    A logger that starts before the machine is in place writes such a row.
+    """
+    x, steps = course.x, np.diff(course.x)
+    ahead = np.sign(x[1:][np.argmax(np.abs(x[1:] - x[1]))] - x[1])
+    first, after = -ahead * steps[0], ahead * steps[1 : 1 + FIRST_STEPS]
+    moved = np.abs(steps[steps != 0.0])
+    if not moved.size or np.any(after < 0.0):
+        return
+    least = max(
+        FIRST_APART * float(after.max()), FIRST_OF_RANGE * float(np.ptp(x)), FIRST_QUANTA * float(moved.min())
+    )
+    if first > least:
+        goes = "rises" if ahead > 0.0 else "falls"
+        making.warn(
+            f"{course.drive} is {x[0]:.4g} in row {course.rows[0]} and {x[1]:.4g} in row {course.rows[1]},"
+            f" from where it {goes}: was the first row logged before the test began? If it was:"
+            f" {making.keep_rows(*_from(course.rows, 1))}"
+        )
+
+
+def _from(rows: np.ndarray, at: int) -> tuple[int, int | None]:
+    """Numbers of the first and the last row, from one of the rows of a test to its end."""
+    return (1, int(rows[at])) if rows[0] > rows[-1] else (int(rows[at]), None)
 
 
 def _up_to(rows: np.ndarray, at: int) -> tuple[int, int | None]:

@@ -30,6 +30,7 @@ from .format import Format
 from .grid import Grid
 from .names import name_of, slug
 from .no_table import few_numbers, in_rows, words_for_numbers
+from .numbered_columns import AS_HEADINGS
 from .options import QUANTITIES, Options
 from .other_headings import advised
 from .parts import Sample, samples_of
@@ -114,6 +115,8 @@ def detect(sample: Sample) -> Format:
     advice = f", {advice}" if advice else ""
     if empty := _without_numbers(sample.grid):
         advice += f" (no number stands below {', '.join(map(repr, empty))})"
+    asked = next((text for text in sample.grid.notices if AS_HEADINGS in text), "")
+    advice += f" ({asked.removeprefix('check: ')})" if asked else ""
     raise unusable(
         sample.raw.path,
         f"no known format; name its columns{columns} with --map QUANTITY=COLUMN{advice},"

@@ -23,6 +23,7 @@ from .headers import (
     numbered,
     two_units,
 )
+from .numbered_columns import numbers_as_headings
 from .numerals import like_a_number
 from .raw import Page
 from .separators import LEAST_ROWS, best_reading, numeric_row
@@ -218,6 +219,8 @@ def _grid_of(lines: _Lines, begin: int, end: int) -> Grid | None:
         decimal=lines.decimal,
         below=[fields[i] for i in dropped if i > keep[-1] and parsed[i] is None],
     )
+    if not header and (asked := numbers_as_headings(grid.values, grid.rows, grid.cells)):
+        grid.notices.append(asked)
     read_texts(grid, [parsed[i] or [] for i in keep], lines.decimal)
     return grid
 

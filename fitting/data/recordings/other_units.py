@@ -12,7 +12,8 @@ from typing import NamedTuple
 import numpy as np
 
 from pneusma_jax.calibration import Calibration
-from pneusma_jax.units import find_unit
+from pneusma_jax.errors import counted
+from pneusma_jax.units import UNITS, find_unit
 
 from .recording import Recording
 
@@ -23,6 +24,11 @@ WIRE_STRAINS = (0.003, 0.15)
 SILICONE_KPA = (10.0, 5e3)
 """Young's moduli of silicones, as coupons or tubes [kPa]. Gels have 10 kPa, hard ones of Shore A 70 5 MPa."""
 SILICONES = "silicones have 0.05 to 5 MPa"
+STIFFEST_RUBBER_KPA = 5e4
+"""Maximum modulus of a rubber [kPa]: hard ones of Shore A 95 have 50 MPa. The stiffest coupon recorded here
+has 1.2 MPa. Thermoplastic elastomers may be stiffer, so that more is a question."""
+STRESSES = ("kPa", "MPa", "Pa", "psi")
+"""Units that a stress may rather be in, the most usual first."""
 RUBBER_STRAINS = (0.05, 19.0)
 """Largest strains of a coupon that are usual [1]. Every measured coupon here was strained by 0.5 or more."""
 PERCENT = 100.0
@@ -84,6 +90,11 @@ RADIANS = (math.radians(20.0), 2.0 * math.pi)
 """Largest angles of an actuator that are rather radian than degree [deg]: 20 to 360 degrees in radian."""
 TURNS_DEG = 1080.0
 """Maximum bend angle [deg]: three turns. More are rather degrees than radian."""
+FAR_BENT_DEG = 540.0
+"""Maximum bend angle that is usual [deg]: one and a half turns. Of 50 actuators here none bends by more than
+310, as curvature times length."""
+TURN_DEG = 360.0
+"""A full turn [deg]."""
 DEGREES = 180.0 / math.pi
 ANGLE_APART = 2.0
 """Maximum factor between an angle and the curvature times the length, in a unit that fits [1]."""
@@ -93,7 +104,7 @@ class Question(NamedTuple):
     """A question about the unit of a column.
 
     Attributes:
-        quantity: quantity of the column.
+        quantity: quantity whose stated unit answers the question; empty where none does.
         text: the question, with the unit that fits.
     """
 
@@ -112,42 +123,70 @@ def other_units(
         written: units in which the file states its columns, by canonical name, as far as they are known.
     """
     if recording.kind in ("wire", "elastomer"):
-        asked = _strain(recording)
+        asked = _strain(recording, written)
     elif recording.kind == "tube":
         asked = _tube(recording, material, written.get("pressure_kPa"))
     elif recording.kind == "actuator":
-        asked = [*_pressure(recording, material, written.get("pressure_kPa")), *_angle(recording)]
+        asked = _pressure(recording, material, written.get("pressure_kPa"))
+        asked += _angle(recording, written.get("bend_angle_deg"))
     else:
         asked = []
     return [*asked, *_clock(recording, written.get("time_s"))]
 
 
-def _strain(recording: Recording) -> list[Question]:
-    """Ask about a strain that makes a specimen far too stiff, where its fraction does not."""
+def _strain(recording: Recording, written: Mapping[str, str]) -> list[Question]:
+    """Ask about a strain that makes a specimen far too stiff.
+
+    Args:
+        recording: recording of a wire or a coupon.
+        written: units in which the file states its columns, as far as they are known.
+    """
     wire = recording.kind == "wire"
-    strain, stress = recording.columns["strain"], recording.columns["stress_MPa" if wire else "stress_kPa"]
+    name = "stress_MPa" if wire else "stress_kPa"
+    strain, stress = recording.columns["strain"], recording.columns[name]
     reach, most = _largest(strain), _largest(stress)
     usual = WIRE_STRAINS if wire else RUBBER_STRAINS
-    if not usual[0] <= PERCENT * reach <= usual[1]:
-        return []
     # A wire that holds a stress is as stiff as this at least, if its strain counts from rest.
     pulled = float(np.nanmax(stress) - np.nanmin(stress)) > most / 2.0
     apart = [float(np.nanmax(x) - np.nanmin(x)) for x in (stress, strain)] if pulled else [most, reach]
     modulus = apart[0] / apart[1] if apart[1] > 0.0 else 0.0
-    if wire and modulus > STIFFEST_WIRE_MPA:
-        rest = "" if pulled else ", if strain counts from no load"
-        why = f" under {most:.4g} MPa, a modulus of {1e-3 * modulus:.3g} GPa{rest}; nitinol has 20 to 90 GPa"
-    elif not wire and modulus > SILICONE_KPA[1] and modulus / PERCENT >= SILICONE_KPA[0]:
-        why = f" under {most:.4g} kPa, a modulus of {1e-3 * modulus:.3g} MPa; {SILICONES}"
-    else:
-        return []
-    return [
-        Question(
-            "strain",
-            f"strain reaches {reach:.3g}{why}. Are these numbers fractions under a heading of percent? Then"
-            f" they reach {PERCENT * reach:.3g} (on import: --unit strain=1)",
+    percent = ""
+    if usual[0] <= PERCENT * reach <= usual[1]:
+        percent = (
+            "Are these numbers fractions under a heading of percent? Then they reach"
+            f" {PERCENT * reach:.3g} (on import: --unit strain=1)"
         )
-    ]
+    said = f"strain reaches {reach:.3g} under {most:.4g}"
+    if wire and modulus > STIFFEST_WIRE_MPA and percent:
+        rest = "" if pulled else ", if strain counts from no load"
+        why = f"a modulus of {1e-3 * modulus:.3g} GPa{rest}; nitinol has 20 to 90 GPa"
+        return [Question("strain", f"{said} MPa, {why}. {percent}")]
+    if wire or modulus <= SILICONE_KPA[1]:
+        return []
+    said += f" kPa, a modulus of {1e-3 * modulus:.3g} MPa; {SILICONES}"
+    if modulus > STIFFEST_RUBBER_KPA:
+        percent = percent if written.get("strain", "percent") == "percent" else ""
+        asked = [text for text in (percent, _softer(modulus, written.get(name))) if text]
+        asked = asked or ["Are its units and sizes right? (on import: --unit, --dimension)"]
+        return [Question("", f"{said}, hard rubbers up to 50, and plastics more. {'. '.join(asked)}")]
+    if percent and modulus / PERCENT >= SILICONE_KPA[0]:
+        return [Question("strain", f"{said}, hard rubbers up to 50. {percent}")]
+    return []
+
+
+def _softer(modulus: float, unit: str | None) -> str:
+    """Question about the unit of stress in which a coupon is a silicone; empty without one.
+
+    Args:
+        modulus: modulus of the coupon [kPa].
+        unit: unit that the file states; None where that is no longer known.
+    """
+    for other in STRESSES if unit in UNITS else ():
+        softer = modulus * find_unit(other).factor / find_unit(unit).factor
+        if SILICONE_KPA[0] <= softer <= SILICONE_KPA[1]:
+            said = f"Are the stresses in {other} under a heading of {unit}?"
+            return f"{said} Then the modulus is {_mpa(softer)} (on import: --unit stress={other})"
+    return ""
 
 
 def _tube(recording: Recording, material: Calibration | None, unit: str | None) -> list[Question]:
@@ -278,11 +317,17 @@ def _pressure_units(size: float, ends: tuple[float, float], unit: str | None) ->
     return " or ".join(found[:MOST_UNITS])
 
 
-def _angle(recording: Recording) -> list[Question]:
-    """Ask about bend angles that are rather radian, or degrees under a heading of radian."""
+def _angle(recording: Recording, unit: str | None) -> list[Question]:
+    """Ask about bend angles that are rather radian, degrees under a heading of radian, or beyond a turn.
+
+    Args:
+        recording: recording of an actuator.
+        unit: unit that the file states; None where that is no longer known.
+    """
     if "bend_angle_deg" not in recording.columns:
         return []
-    most, made = _largest(recording.columns["bend_angle_deg"]), _made_angle(recording)
+    angle = recording.columns["bend_angle_deg"]
+    most, made = _largest(angle), _made_angle(recording)
     turned = f"{DEGREES * most:.3g} degrees"
     radian = f"Are these radian? Then they reach {turned} (on import: --unit bend_angle=rad)"
     degree = "Are these degrees under a heading of radian? (on import: --unit bend_angle=deg)"
@@ -291,11 +336,15 @@ def _angle(recording: Recording) -> list[Question]:
         for factor, asked in ((DEGREES, radian), (1.0 / DEGREES, degree)):
             if abs(math.log(factor * most / made)) < math.log(ANGLE_APART):
                 return [Question("bend_angle", f"{reaches}, and curvature times length {made:.3g}. {asked}")]
-        return []
-    if most > TURNS_DEG:
+    elif most > TURNS_DEG and unit != "deg":
         return [Question("bend_angle", f"{reaches}, more than three turns. {degree}")]
-    if RADIANS[0] <= most <= RADIANS[1]:
+    elif RADIANS[0] <= most <= RADIANS[1]:
         return [Question("bend_angle", f"{reaches}, and few actuators bend so little. {radian}")]
+    if most > FAR_BENT_DEG:
+        rows = counted(int(np.sum(np.abs(angle) > FAR_BENT_DEG)), "row")
+        said = f"{reaches}, {most / TURN_DEG:.3g} turns, with more than {FAR_BENT_DEG:g} in {rows}"
+        asked = "are these readings right, and their unit (on import: --unit bend_angle=...)?"
+        return [Question("", f"{said}. Few actuators bend so far: {asked}")]
     return []
 
 
