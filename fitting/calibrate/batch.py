@@ -15,6 +15,7 @@ import numpy as np
 from fitting.data.recordings import questions_of_reading, read_campaign, schema
 from fitting.engine import Scheduler, Store, Task, digest, in_this_process, objects, unique_names
 from fitting.engine.members import handed, line_of, run_members
+from fitting.inference.notes import joined
 from fitting.inference.results import Result
 from fitting.specimens.priors import quantity_of
 from fitting.specimens.rows import MARK
@@ -160,11 +161,15 @@ def _pooled(done: Sequence[Member]) -> tuple[dict[str, Pooled], list[str]]:
     left_out = []
     for member in done:
         alone, law = _without_shared_priors(member.result), member.result.law
+        unknown = _without_known_errors(member.result)
         alone |= dict.fromkeys(getattr(member.result, "unseen", {}), (np.nan, np.nan))
         for name, estimate in member.result.parameters.items():
             stem, _, number = name.partition(MARK)
             specimen = f"{member.name} {number}".strip()
             value, sd = alone.get(name, (estimate.value, estimate.sd))
+            if name in unknown:
+                left_out.append(f"{specimen}: {stem} {unknown[name]}")
+                continue
             if estimate.at_bound or not np.isfinite(sd) or not sd > 0.0:
                 why = "at a bound" if estimate.at_bound else "not informed by the data alone"
                 left_out.append(f"{specimen}: {stem} is {why}")
@@ -184,13 +189,28 @@ def _pooled(done: Sequence[Member]) -> tuple[dict[str, Pooled], list[str]]:
     return pooled, left_out
 
 
+def _without_known_errors(result: Characterisation) -> dict[str, str]:
+    """Why the errors of constants are not known where the misfit jumps, by name.
+
+    A profile of a constant that jumps holds the prior that specimens share, so it does not count either.
+    """
+    known = getattr(result, "information", None)
+    jumping, unfollowed = (known.jumping, known.unfollowed) if known else ((), ())
+    others = f"has an error that holds only for {joined(unfollowed)} as found"
+    found = dict.fromkeys(result.parameters, others) if unfollowed else {}
+    return found | dict.fromkeys(jumping, "has no error, because the misfit jumps within it")
+
+
 def _without_shared_priors(result: Characterisation) -> dict[str, tuple[float, float]]:
     """Value and error without the priors that specimens share, by name, in the unit of files.
 
-    Those of a specimen's own dimensions are measurements of that specimen, and stay.
+    Those of a specimen's own dimensions are measurements of that specimen, and stay. Constants within whose
+    error the misfit jumps are marginalised over with their priors, as in `Information.by_data`.
     """
-    fitted = getattr(result, "fitted", {})
-    entries = [entry for entry in fitted.values() if entry.standard_error] if fitted else []
+    fitted, known = getattr(result, "fitted", {}), getattr(result, "information", None)
+    jumping = known.jumping if known else ()
+    usable = [entry for entry in fitted.values() if entry.name not in jumping] if fitted else []
+    entries = [entry for entry in usable if entry.standard_error]
     own = {quantity_of(key) for key in schema.GEOMETRY_NUMBERS}  # of a specimen, the others of a material
     shared = lambda entry: entry.prior and entry.name.partition(MARK)[0] not in own  # noqa: E731
     if not any(shared(entry) for entry in entries):

@@ -30,7 +30,7 @@ class Information:
         fixed: parameters that stand at a bound, of shape (n,); they are left out of covariances.
         jumping: parameters within whose error the prediction jumps. Their slopes hold at the fit alone, and
             tell no error of theirs. Errors of the others allow for any value of them, along these slopes and
-            within their priors.
+            within their priors, but for those that are `unfollowed`.
     """
 
     names: tuple[str, ...]
@@ -60,6 +60,17 @@ class Information:
         """Mask of the parameters whose slopes describe an error, shape (n,): they neither jump nor are at a
         bound."""
         return ~self.fixed & ~self._jumps
+
+    @property
+    def unfollowed(self) -> tuple[str, ...]:
+        """Jumping parameters whose slope at the fit says less than their prior, as one of 0 on a stair.
+
+        Errors of the others hold only if the true values are those found: no slope tells how to allow for
+        other ones.
+        """
+        said = np.diag(self.matrix) * self.scale**2
+        weak = self._jumps & ~self.fixed & ~(said >= 1.0)
+        return tuple(name for name, one in zip(self.names, weak, strict=True) if one)
 
     def log_volume(self, names: Sequence[str]) -> float:
         """Log-determinant of the covariance of some parameters, in units of their `scale`, without bounds.

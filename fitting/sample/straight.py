@@ -6,6 +6,9 @@ coordinates the posterior is a thin valley that bends. Here a dimension is what 
 constants were those of the specimen's own fit. It moves with them along the valley of that fit, as its
 covariance says: by powers where all are positive, else along a straight line. The density of the dimension
 itself is kept by the Jacobian.
+
+The coordinates change how fast chains mix, and no result. So standard errors count here as scales alone, also
+those that `characterise` withholds because the misfit jumps within them.
 """
 
 from collections.abc import Sequence

@@ -14,8 +14,7 @@ from pneusma_jax.actuator.designs import GEOMETRY_KEYS
 from pneusma_jax.errors import InputError
 
 from . import actuator_phase, priors, silicones
-from .actuator_followed import UNSETTLED
-from .actuator_phase import OUTPUTS
+from .actuator_phase import OUTPUTS, UNSETTLED
 from .model_objects import geometry_of, gravity_of
 from .row_builders import columns_of, measured_and_weight, smooth
 from .rows import Rows

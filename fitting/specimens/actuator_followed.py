@@ -5,8 +5,7 @@ change. Fits and samplers of a model on disk use them. A diagnosis treats the fr
 instead.
 """
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
 
 import equinox as eqx
 import jax
@@ -18,25 +17,13 @@ from pneusma_jax.nitinol import Alloy
 from pneusma_jax.nitinol.resistivity import PhaseReading
 from pneusma_jax.pipeline import PLAIN, Pipeline
 
-from .actuator_phase import (
-    BLIND,
-    NUDGE,
-    ROUNDS,
-    SETTLED,
-    largest_change,
-    noise_of,
-    relaxed,
-    replaced,
-    smoothed,
-)
+from .actuator_phase import BLIND, UNSETTLED, Ended, finite, noise_of, replaced, settled_rounds
 from .actuator_rows import body_of
 from .rows import Rows, numbers
 
 FOLD = 0.08
 """Minimum ratio of two slopes of the resistance over the fraction: with all couplings, over the one at fixed
 strain. Below it the resistance is not followed, since two configurations share one resistance there."""
-UNSETTLED = "unsettled"
-"""Name in `Rows.extra` of a mark: true if the rounds of a recording ended at no solution."""
 
 
 class FollowedPhase(eqx.Module):
@@ -98,96 +85,21 @@ def settled(recordings: list[Rows], evaluate: Callable[[list[Rows]], dict[str, n
     fixed = [
         replaced(rows, gain=tuple(0.0 * np.asarray(g) for g in rows.extra["gain"])) for rows in recordings
     ]
-    rounds = [_linearised(fixed, wired, evaluate)]
-    for _ in range(ROUNDS):
-        last, before = rounds[max(len(rounds) - 2, 0)].fixed, rounds[-1].fixed
-        after = [_smoothed(rows, wired, *rounds[-1].of(j)) for j, rows in enumerate(before)]
-        after = [relaxed(*three) for three in zip(last, before, after, strict=True)]
-        end = [change < SETTLED for change in map(largest_change, before, after)]
-        rounds.append(_linearised(after, wired, evaluate))
-        if all(end):
-            break
-    return [_followed(*_chosen(rounds, j, end[j], wired), wired) for j in range(len(recordings))]
+    return [_followed(end, wired) for end in settled_rounds(fixed, wired, evaluate)]
 
 
-@dataclass(frozen=True)
-class _Round:
-    """Recordings with fixed fractions, and the model linearised there.
-
-    Attributes:
-        fixed: recordings, whose fractions follow no resistance.
-        base: drivers of the model, by name, each of shape (recordings, rows).
-        slopes: slope of the resistance over the fraction, by place of the spring [ohm], of the same shape.
-    """
-
-    fixed: list[Rows]
-    base: dict[str, np.ndarray]
-    slopes: dict[int, np.ndarray]
-
-    def of(self, j: int) -> tuple[dict[str, np.ndarray], dict[int, np.ndarray]]:
-        """Drivers and slopes of recording j without padding; NaN in rows without an equilibrium."""
-        count = len(self.fixed[j].mask)
-        cut = lambda columns: {name: x[j, :count] for name, x in columns.items()}  # noqa: E731
-        return cut(self.base), cut(self.slopes)
-
-
-def _linearised(
-    fixed: list[Rows],
-    wired: Sequence[tuple[int, int]],
-    evaluate: Callable[[list[Rows]], dict[str, np.ndarray]],
-) -> _Round:
-    """The model at fixed fractions, with slopes by finite differences."""
-    base, slopes = evaluate(fixed), {}
-    for k, n in wired:
-        perturbed = evaluate([_perturbed(rows, k) for rows in fixed])
-        slopes[k] = (perturbed[f"ohms_{n}"] - base[f"ohms_{n}"]) / (perturbed[f"xi0_{n}"] - base[f"xi0_{n}"])
-    return _Round(fixed, base, slopes)
-
-
-def _finite(slope: np.ndarray) -> np.ndarray:
-    """The same slopes with zero in rows without an equilibrium."""
-    return np.nan_to_num(slope, posinf=0.0, neginf=0.0)
-
-
-def _chosen(
-    rounds: Sequence[_Round], j: int, ended: bool, wired: Sequence[tuple[int, int]]
-) -> tuple[Rows, dict[str, np.ndarray], dict[int, np.ndarray], bool]:
-    """Recording j, its drivers and slopes, and whether its rounds ended at a solution.
-
-    They are of its last round, or else of the one that misses its resistances least.
-    """
-    chosen = rounds[-1] if ended else min(rounds[1:], key=lambda one: _misfit(one, j, wired))
-    return chosen.fixed[j], *chosen.of(j), ended
-
-
-def _misfit(found: _Round, j: int, wired: Sequence[tuple[int, int]]) -> tuple[int, float]:
-    """Number of rows of recording j without an equilibrium, and how far the others miss their resistances.
-
-    The latter is a sum of squares, in standard deviations of a reading.
-    """
-    rows, (base, _) = found.fixed[j], found.of(j)
-    read = {k: np.asarray(rows.inputs[f"resistance_{n}"]) - base[f"ohms_{n}"] for k, n in wired}
-    missed = np.array([x / noise_of(rows, k) for k, x in read.items() if noise_of(rows, k) > 0.0])
-    return int(np.sum(~np.isfinite(missed))), float(np.nansum(missed**2))
-
-
-def _followed(
-    rows: Rows,
-    base: Mapping[str, np.ndarray],
-    slopes: Mapping[int, np.ndarray],
-    ended: bool,
-    wired: Sequence[tuple[int, int]],
-) -> Rows:
+def _followed(end: Ended, wired: Sequence[tuple[int, int]]) -> Rows:
     """A recording whose fractions follow its resistances from the given ones on."""
+    rows, base = end.rows, end.base
     reading = {
         name: tuple(np.nan_to_num(base[f"{name}_{n}"]) for n in rows.extra["layout"].spring_numbers)
         for name in ("ohms", "gamma")
     }
     gain, coupled = ([np.zeros(len(rows.mask)) for _ in reading["gamma"]] for _ in range(2))
     for k, n in wired:
-        gain[k], coupled[k] = _gains(rows, k, n, reading["gamma"][k], _finite(slopes[k]))
+        gain[k], coupled[k] = _gains(rows, k, n, reading["gamma"][k], finite(end.slopes[k]))
     columns = {"gain": tuple(gain), "coupled_gain": tuple(coupled), **reading}
-    return replaced(rows, **columns, **{UNSETTLED: np.asarray(not ended)})
+    return replaced(rows, **columns, **{UNSETTLED: np.asarray(not end.ended)})
 
 
 def _gains(
@@ -202,7 +114,7 @@ def _gains(
         gamma: shear strain of every row [1].
         total: slope of the resistance over the fraction with all couplings [ohm], shape (rows,).
     """
-    noise = float(rows.extra[f"noise_resistance_{number}"])
+    noise = noise_of(rows, k)
     if not noise > 0.0:
         return np.zeros(len(gamma)), np.zeros(len(gamma))
     spring = body_of(numbers({}, rows), rows).springs[k]
@@ -213,24 +125,3 @@ def _gains(
     trust = square / (square + (FOLD * partial) ** 2 + (noise / BLIND) ** 2)
     gain = trust / np.where(partial == 0.0, np.inf, partial)
     return gain, gain / (1.0 + gain * (total - partial))
-
-
-def _perturbed(rows: Rows, k: int) -> Rows:
-    """The recording with the martensite fraction of spring k shifted by `NUDGE`."""
-    xi0 = [np.asarray(x) for x in rows.extra["xi0"]]
-    xi0[k] = xi0[k] + np.where(xi0[k] > 0.5, -NUDGE, NUDGE)
-    return replaced(rows, xi0=tuple(xi0))
-
-
-def _smoothed(
-    rows: Rows,
-    wired: Sequence[tuple[int, int]],
-    base: Mapping[str, np.ndarray],
-    slopes: Mapping[int, np.ndarray],
-) -> Rows:
-    """One round of smoothing of all fractions. Rows without an equilibrium follow their neighbours."""
-    for k, n in wired:
-        if noise_of(rows, k) > 0.0:
-            missed = np.nan_to_num(np.asarray(rows.inputs[f"resistance_{n}"]) - base[f"ohms_{n}"])
-            rows = smoothed(rows, k, missed, _finite(slopes[k]))
-    return rows

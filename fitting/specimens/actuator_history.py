@@ -22,8 +22,8 @@ from pneusma_jax.pipeline import Effect
 from pneusma_jax.simulate.tracking import track_history
 
 from .actuator_data import undecided_rows_for
-from .actuator_followed import UNSETTLED, FollowedPhase, settled
-from .actuator_phase import BEGIN
+from .actuator_followed import FollowedPhase, settled
+from .actuator_phase import BEGIN, UNSETTLED
 from .actuator_rows import body_of
 from .latent import Drivers, LatentStates
 from .rows import Rows, numbers

@@ -13,7 +13,7 @@ from fitting.calibrate.quoted import estimates
 from fitting.inference.parameters import Parameter, Parameters, Prior
 from fitting.report.characterisation import estimate_text
 from fitting.report.general.text import _unsettled, _without_error
-from fitting.specimens.actuator_followed import UNSETTLED
+from fitting.specimens.actuator_phase import UNSETTLED
 from fitting.specimens.rows import Rows
 
 ROWS = 40

@@ -81,12 +81,12 @@ def test_steps_are_no_noise_where_their_size_is_known_within_a_factor():
     values = fraction + 1.5e-4 / slope * np.random.default_rng(0).standard_normal(30)
     time, precision = 3.0 * np.arange(30), (slope / 1.5e-4) ** 2
     for stated in (0.2, 1.0, 3.0):
-        assert np.abs(smooth_walk(time, values, precision / stated**2, 5.0) - fraction).max() < 0.01
+        assert np.abs(smooth_walk(time, values, precision / stated**2, (0.2, 5.0)) - fraction).max() < 0.01
     assert np.abs(smooth_walk(time, values, precision) - fraction).max() > 0.5
 
 
 def test_known_noise_about_a_constant_is_averaged():
     values = 0.5 + 0.01 * np.random.default_rng(0).standard_normal(100)
     for stated in (0.2, 1.0, 3.0):
-        found = smooth_walk(np.arange(100.0), values, np.full(100, 1e4 / stated**2), 5.0)
+        found = smooth_walk(np.arange(100.0), values, np.full(100, 1e4 / stated**2), (0.2, 5.0))
         assert np.abs(found - 0.5).max() < 0.003

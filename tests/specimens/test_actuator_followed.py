@@ -9,7 +9,8 @@ import pytest
 from fitting.data.recordings import Campaign, Recording
 from fitting.data.recordings.nominal import nominal_geometry
 from fitting.specimens import actuator_followed, actuator_phase, stack
-from fitting.specimens.actuator_followed import UNSETTLED, settled
+from fitting.specimens.actuator_followed import settled
+from fitting.specimens.actuator_phase import UNSETTLED
 from fitting.specimens.actuator_rows import Solved, body_of
 from fitting.specimens.registry import drivers_of
 from fitting.specimens.rows import numbers
@@ -116,14 +117,14 @@ def test_rounds_do_not_go_to_and_fro_where_single_rows_have_a_steeper_slope_than
 
 def test_rounds_that_end_nowhere_keep_the_fractions_that_miss_least_and_say_so(through, monkeypatch):
     """Three rounds are too few from a cold start. The last of four goes astray here."""
-    smoothed, rounds = actuator_followed._smoothed, []
+    smoothed, rounds = actuator_phase._smoothed, []
 
     def astray(*arguments):
         rounds.append(smoothed(*arguments))
         return _with_fraction(rounds[-1], np.full(len(FRACTION), 0.9)) if len(rounds) == 4 else rounds[-1]
 
-    monkeypatch.setattr(actuator_followed, "ROUNDS", 4)
-    monkeypatch.setattr(actuator_followed, "_smoothed", astray)
+    monkeypatch.setattr(actuator_phase, "ROUNDS", 4)
+    monkeypatch.setattr(actuator_phase, "_smoothed", astray)
     (found,) = settled(through, _simple)
     assert found.extra[UNSETTLED]
     np.testing.assert_array_equal(found.extra["xi0"][1], rounds[2].extra["xi0"][1])

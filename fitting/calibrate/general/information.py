@@ -15,6 +15,7 @@ from fitting.specimens.correlated_noise import independent
 from pneusma_jax.calibration.records import Quantity
 
 from .fit import GeneralFit
+from .jumps import jumps
 
 STEP = 1e-3
 """First step of a derivative, as a share of the parameter's prior 1-sigma."""
@@ -28,7 +29,13 @@ SHORTER = 0.1
 TRIES = 4
 """Maximum number of steps. Each is a tenth of the last or less, where the prediction jumps."""
 SHORTEST = 1e-9
-"""Minimum step of a derivative, as a share of the parameter's value. Equilibria are solved to 1e-10."""
+"""Minimum step of a derivative, as a share of the parameter's value, or of its first step near zero.
+
+Equilibria are solved to 1e-10."""
+GROWN = 10.0
+"""Minimum ratio of an error to that of a longer step at which any deviation from the slope counts as a jump.
+
+Of staircases of 0.25 to 5 errors the longer step gave the error, and a step of 0.1 errors gave none."""
 CONSIDERED = 0.1
 """Step of a constant that is held, as a share of its prior's 1-sigma."""
 NOTHING = 0.98
@@ -65,7 +72,8 @@ def informed(
     names = fit.result.parameters.layout().free
     entries = [fit.result.parameters[name] for name in names]
     scale = np.array([_scale(entry) for entry in entries])
-    found = [_slopes(fit, entry, size) for entry, size in zip(entries, scale, strict=True)]
+    start = fit.predict()
+    found = [_slopes(fit, start, entry, size) for entry, size in zip(entries, scale, strict=True)]
     slopes = [one for one, _ in found]
     columns = [
         np.stack([_column(rows, slope[k], fit.inflation) for slope in slopes], axis=-1)
@@ -130,26 +138,73 @@ def _precision(entry: Parameter) -> float:
     return (FLAT / width) ** 2 if np.isfinite(width) else 0.0
 
 
-def _slopes(fit: GeneralFit, entry: Parameter, size: float) -> tuple[list[dict[str, np.ndarray]], bool]:
+def _slopes(
+    fit: GeneralFit, start: Sequence[Mapping[str, np.ndarray]], entry: Parameter, size: float
+) -> tuple[list[dict[str, np.ndarray]], bool]:
     """Derivative of every output by one parameter, and whether it describes the cost within its error.
 
     It comes from two predictions inside the bounds, no further from the fit than the error that it gives. A
-    prediction that jumps there gives a smaller error, the closer they are. Then the derivative at the fit
-    counts, as it does where a search inside a prediction would falsify a difference. Predictions closer than
-    `SHORTEST` would differ by rounding alone.
+    prediction that jumps there gives a smaller error, the closer they are. Two more predictions, an error
+    away, show other jumps. Where it jumps, the derivative at the fit counts. So it does where a search inside
+    a prediction would falsify a difference. Predictions closer than `SHORTEST` would differ by rounding
+    alone.
+
+    Args:
+        fit: any.
+        start: outputs of every recording at the fit.
+        entry: parameter.
+        size: its natural size, SI.
     """
     if fit.model.searches:
         return fit.derivative(entry.name), True
-    step, shortest = STEP * size, SHORTEST * abs(entry.value)
+    step, least = STEP * size, np.inf
+    shortest = SHORTEST * max(abs(entry.value), step)
     for _ in range(TRIES):
         slopes = _difference(fit, entry, step)
         error = _error_alone(fit, slopes)
-        if step <= LONGEST * error or entry.at_bound:
+        if entry.at_bound:
             return slopes, True
-        step = SHORTER * min(error, step)
+        if step <= LONGEST * error:
+            reach, stairs = min(error, size), error > GROWN * least
+            if any(_jumps(fit, start, slopes, entry, (shortest, end), stairs) for end in (-reach, reach)):
+                break
+            return slopes, True
+        step, least = SHORTER * min(error, step), min(error, least)
         if step < shortest:
             break
     return fit.derivative(entry.name), False
+
+
+def _jumps(
+    fit: GeneralFit,
+    start: Sequence[Mapping[str, np.ndarray]],
+    slopes: Sequence[Mapping[str, np.ndarray]],
+    entry: Parameter,
+    ends: tuple[float, float],
+    stairs: bool,
+) -> bool:
+    """True if the prediction jumps on one side of the fit.
+
+    Args:
+        fit, start, entry: as of `_slopes`.
+        slopes: derivative of every output by the parameter.
+        ends: shortest distance from the fit, and longest one with the sign of the side, SI.
+        stairs: true if any deviation counts as a jump.
+    """
+    side, far = float(np.sign(ends[1])), abs(ends[1])
+    room = entry.max - entry.value if side > 0.0 else entry.value - entry.min
+
+    def deviation(distance: float) -> np.ndarray:
+        moved = fit.predict({**fit.result.values, entry.name: entry.value + side * distance})
+        return _fitted_column(
+            fit,
+            [
+                {name: now[name] - before[name] - side * distance * slope[name] for name in now}
+                for now, before, slope in zip(moved, start, slopes, strict=True)
+            ],
+        )
+
+    return jumps(deviation, ends[0], min(far, room), stairs)
 
 
 def _difference(fit: GeneralFit, entry: Parameter, step: float) -> list[dict[str, np.ndarray]]:
@@ -162,13 +217,16 @@ def _difference(fit: GeneralFit, entry: Parameter, step: float) -> list[dict[str
 
 def _error_alone(fit: GeneralFit, slopes: Sequence[Mapping[str, np.ndarray]]) -> float:
     """Standard error of a parameter by its slopes in the fitted recordings, if all others were known [SI]."""
-    parts = zip(fit.recordings, fit.rows, slopes, strict=True)
-    told = sum(
-        float(np.sum(_column(rows, slope, fit.inflation) ** 2))
-        for recording, rows, slope in parts
-        if recording.role == "fit"
-    )
+    told = float(np.sum(_fitted_column(fit, slopes) ** 2))
     return 1.0 / np.sqrt(told) if told > 0.0 else np.inf
+
+
+def _fitted_column(fit: GeneralFit, columns: Sequence[Mapping[str, np.ndarray]]) -> np.ndarray:
+    """Outputs of all fitted recordings in standard deviations, in one column."""
+    parts = zip(fit.recordings, fit.rows, columns, strict=True)
+    return np.concatenate(
+        [_column(rows, one, fit.inflation) for recording, rows, one in parts if recording.role == "fit"]
+    )
 
 
 def _column(rows: Rows, slopes: Mapping[str, np.ndarray], inflation: float) -> np.ndarray:

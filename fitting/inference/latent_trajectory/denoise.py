@@ -89,7 +89,10 @@ def denoised(time: np.ndarray, values: np.ndarray) -> np.ndarray:
 
 
 def smooth_walk(
-    time: np.ndarray, values: np.ndarray, precision: np.ndarray, within: float = np.inf
+    time: np.ndarray,
+    values: np.ndarray,
+    precision: np.ndarray,
+    within: tuple[float, float] = (0.0, np.inf),
 ) -> np.ndarray:
     """Random walk behind noisy readings, by Kalman filter and Rauch-Tung-Striebel smoother.
 
@@ -100,16 +103,16 @@ def smooth_walk(
         time: time, ascending, shape (n,).
         values: readings, shape (n,).
         precision: precision of each reading; positive, shape (n,).
-        within: factor, up or down, within which the roots of the precisions are those of the noise. A common
-            factor is estimated in this range. By default only their ratios are known.
+        within: least and largest factor on the noise that the roots of the precisions state. A common factor
+            is estimated in this range. By default only the ratios of the precisions are known.
 
     Returns:
         Mean of the walk at each reading, shape (n,).
     """
     steps = np.diff(time, prepend=time[0])
     best = precision.max()
-    precision, candidates = precision / best, KNOWN_NOISE if np.isfinite(within) else PROCESS_NOISES
-    sizes = (1.0 / (best * within**2), within**2 / best)
+    precision, candidates = precision / best, KNOWN_NOISE if np.isfinite(within[1]) else PROCESS_NOISES
+    sizes = (within[0] ** 2 / best, within[1] ** 2 / best)
     _, _, likelihood = _filter(steps, values, precision, candidates, sizes)
     process_noise = candidates[[np.argmax(likelihood)]]
     mean, variance, _ = (x[..., 0] for x in _filter(steps, values, precision, process_noise, sizes))

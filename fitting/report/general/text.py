@@ -14,7 +14,7 @@ from fitting.inference.noise import OVERSTATED, overstated_sentence
 from fitting.inference.notes import joined
 from fitting.inference.numbers import number
 from fitting.specimens import BY_TEMPERATURE, WIRE, kind_of, specimen_of
-from fitting.specimens.actuator_followed import UNSETTLED
+from fitting.specimens.actuator_phase import UNSETTLED, understated
 from fitting.specimens.spring_by_temperature import ELECTRICAL
 from pneusma_jax.effects import find_effect
 from pneusma_jax.errors import counted
@@ -236,7 +236,7 @@ def warnings(result: GeneralCharacterisation) -> list[str]:
     sentences += _grouped_warnings(result.identifiability, set(result.unseen))
     if not result.fit.result.success:
         sentences.append(f"The fit did not end well. {result.fit.result.status.value}")
-    sentences += _unsettled(result) + _without_error(result)
+    sentences += _unsettled(result) + _understated(result) + _without_error(result)
     ends = [x for x in result.fit.starts if x == x]
     best = min(ends, default=0.0)
     if len(ends) > 1 and sum(x < best + 1.0 for x in ends) == 1:
@@ -252,14 +252,24 @@ def warnings(result: GeneralCharacterisation) -> list[str]:
 
 def _without_error(result: GeneralCharacterisation) -> list[str]:
     """Sentences on constants that have no error, because the misfit jumps within it."""
-    found = [name for name in result.information.jumping if not result.parameters[name].interval]
-    if not found:
-        return []
-    return [
-        f"No error of {joined(found)} is quoted: the misfit jumps so near to the fit that its slope there "
-        "says nothing about an interval. `pneusma posterior` samples the misfit itself. The errors of the "
-        f"other constants allow for other values of {joined(found)}, but for no jump."
-    ]
+    jumping, sentences = result.information.jumping, []
+    if found := [name for name in jumping if not result.parameters[name].interval]:
+        sentences += [
+            f"No error of {joined(found)} is quoted: the misfit jumps so near to the fit that its slope "
+            "there says nothing about an interval. `pneusma posterior` samples the misfit itself."
+        ]
+    unfollowed = result.information.unfollowed
+    if followed := [name for name in jumping if name not in unfollowed]:
+        sentences += [
+            f"The errors of the other constants allow for other values of {joined(followed)}, but for no "
+            "jump."
+        ]
+    if unfollowed:
+        sentences += [
+            f"The errors of the other constants hold only for {joined(unfollowed)} as found. Its slope at "
+            "the fit says nothing, so that they cannot allow for other values."
+        ]
+    return sentences
 
 
 def _unsettled(result: GeneralCharacterisation) -> list[str]:
@@ -271,6 +281,23 @@ def _unsettled(result: GeneralCharacterisation) -> list[str]:
     return [
         f"The martensite fractions of {joined(found)} did not settle under this model. Those are used that "
         "come closest to the measured resistances. Errors of constants do not count this."
+    ]
+
+
+def _understated(result: GeneralCharacterisation) -> list[str]:
+    """Sentence on resistances that scatter far more than their stated noise."""
+    pairs = zip(result.fit.recordings, result.fit.rows, strict=True)
+    found = [
+        f"that of spring {n} in {recording.name} by a factor of {number(ratio, '.2g')}"
+        for recording, rows in pairs
+        if "ohms" in rows.extra
+        for n, ratio in understated(rows).items()
+    ]
+    if not found:
+        return []
+    return [
+        f"Resistances scatter far more than their noise, as stated or found: {joined(found)}. Martensite "
+        "fractions are smoothed by the scatter. Errors of constants count the smaller noise."
     ]
 
 
