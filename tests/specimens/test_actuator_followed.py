@@ -86,16 +86,8 @@ def test_a_spring_that_is_heated_through_within_two_rows_gets_its_fractions_back
     assert not found.extra[UNSETTLED]
 
 
-def test_they_are_found_without_effects_too(through, monkeypatch):
+def test_they_are_found_without_effects_too(through, without_effects):
     """A recording with rows 3 s apart ended at 0.83 where 0.16 was true."""
-
-    def solve(values, stacked):
-        found = _simple([jax.tree.map(lambda x: x[0], stacked)])
-        columns = {name: np.stack([found[f"{name}_{n}"] for n in (1, 2)], axis=1) for name in ("gamma", "xi0", "ohms")}
-        outputs = ("curvature", "bend_angle", "bend_direction", "length")
-        return Solved(**dict.fromkeys(outputs, columns["xi0"][:, 1]), **columns)
-
-    monkeypatch.setattr(actuator_phase, "_solve", solve)
     (found,) = actuator_phase.decided({}, through)
     np.testing.assert_allclose(found.extra["xi0"][1], FRACTION, atol=2e-3)
 
@@ -138,6 +130,95 @@ def test_a_row_without_an_equilibrium_follows_its_neighbours(through):
     (found,) = settled(through, lost)
     np.testing.assert_allclose(found.extra["xi0"][1], FRACTION, atol=2e-3)
     assert not found.extra[UNSETTLED] and found.extra["gain"][1][20] == 0.0
+
+
+@pytest.fixture
+def without_effects(monkeypatch):
+    """`actuator_phase` whose rows are solved by `_simple`."""
+
+    def solve(values, stacked):
+        found = _simple([jax.tree.map(lambda x: x[0], stacked)])
+        columns = {name: np.stack([found[f"{name}_{n}"] for n in (1, 2)], axis=1) for name in ("gamma", "xi0", "ohms")}
+        outputs = ("curvature", "bend_angle", "bend_direction", "length")
+        return Solved(**dict.fromkeys(outputs, columns["xi0"][:, 1]), **columns)
+
+    monkeypatch.setattr(actuator_phase, "_solve", solve)
+
+
+def test_rounds_without_effects_say_too_that_they_end_nowhere(through, without_effects, monkeypatch):
+    """They took the last round without a word."""
+    smoothed, rounds = actuator_phase._smoothed, []
+
+    def astray(*arguments):
+        rounds.append(smoothed(*arguments))
+        return _with_fraction(rounds[-1], np.full(len(FRACTION), 0.9)) if len(rounds) == 4 else rounds[-1]
+
+    monkeypatch.setattr(actuator_phase, "ROUNDS", 4)
+    monkeypatch.setattr(actuator_phase, "_smoothed", astray)
+    (found,) = actuator_phase.decided({}, through)
+    assert found.extra[UNSETTLED]
+    np.testing.assert_array_equal(found.extra["xi0"][1], rounds[2].extra["xi0"][1])
+
+
+def test_a_step_settles_only_as_a_whole(through, monkeypatch):
+    """Half of a step that went to and fro by 1.5e-3 passed for settled."""
+    rows, start, moves = through[0], np.full(len(FRACTION), 0.9), []
+
+    def to_and_fro(found, _):
+        moves.append(1.5e-3 * (-1.0) ** len(moves))
+        return _with_fraction(found.rows, np.asarray(found.rows.extra["xi0"][1]) + moves[-1])
+
+    monkeypatch.setattr(actuator_phase, "_smoothed", to_and_fro)
+    (found,) = settled([_with_fraction(rows, start)], _simple)
+    assert found.extra[UNSETTLED] and len(moves) == actuator_phase.ROUNDS
+
+
+@pytest.mark.parametrize("ratio", [0.02, 0.05, 0.2, 1.0, 3.0, 7.0, 10.0, 20.0, 50.0])
+def test_readings_average_however_far_their_noise_is_from_the_stated_one(through, ratio):
+    """Of a fraction of 0.5. Beyond a factor of 5 the walk followed every reading."""
+    rows = _many(through[0], 200)
+    law = _simple([rows])["ohms_2"][0]
+    noise, slope = 1.5e-3, _slope(rows)
+    read = law + noise * np.random.default_rng(0).standard_normal(200)
+    rows = _with_noise(eqx.tree_at(lambda r: r.inputs["resistance_2"], rows, read), noise / ratio)
+    (found,) = settled([rows], _simple)
+    assert np.sqrt(np.mean((found.extra["xi0"][1] - 0.5) ** 2)) < 0.3 * noise / slope
+    assert (actuator_phase.understated(found).get(2, 1.0) > actuator_phase.MISSTATED) == (ratio > 5.0)
+
+
+def _many(rows, count):
+    """A recording of so many rows, 1 s apart, at a fraction of 0.5."""
+    first = jax.tree.map(lambda x: np.full(count, x[0]) if np.ndim(x) == 1 and len(x) == len(FRACTION) else x, rows)
+    return _with_fraction(eqx.tree_at(lambda r: r.time, first, np.arange(float(count))), np.full(count, 0.5))
+
+
+def _slope(rows):
+    """Slope of `_simple`'s resistance over the fraction at 0.5 [ohm]."""
+    high, low = (_simple([_with_fraction(rows, np.full(200, x))])["ohms_2"][0, 0] for x in (0.51, 0.49))
+    return abs(high - low) / 0.02
+
+
+def _with_noise(rows, noise):
+    return actuator_followed.replaced(rows, noise_resistance_2=np.asarray(noise))
+
+
+def test_a_stated_noise_of_next_to_nothing_has_a_floor(through):
+    """A gain had the stated noise where all else had the floor of the reading's resolution."""
+    gains = [settled([_with_noise(through[0], noise)], _simple)[0].extra["gain"][1] for noise in (1e-12, 1e-9)]
+    np.testing.assert_array_equal(*gains)
+    assert np.any(gains[0] != 0.0)
+
+
+def test_scatter_is_that_of_quiet_rows_only():
+    rows = 200
+    noise = 0.01 * np.random.default_rng(1).standard_normal(rows)
+    time = np.sort(np.random.default_rng(2).uniform(0.0, 200.0, rows))
+    still = actuator_phase.scatter(time, noise)
+    assert still == pytest.approx(0.01, rel=0.3)
+    assert actuator_phase.scatter(time, noise + 3.0 * time) == pytest.approx(still)
+    heated = noise + np.where(np.arange(rows) % 20 < 6, 10.0 * np.sin(np.arange(rows)), 0.0)
+    assert actuator_phase.scatter(time, heated) == pytest.approx(still, rel=0.8)
+    assert actuator_phase.scatter(time[:2], noise[:2]) == 0.0
 
 
 @pytest.mark.slow

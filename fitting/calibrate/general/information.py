@@ -26,6 +26,9 @@ An interval reaches as far to either side. Leads of an actuator had a prior of 0
 ohm. A step of 6e-4 ohm went over jumps of the prediction and gave an error of 4e-7 ohm."""
 SHORTER = 0.1
 """Such a step that is taken in place of a longer one."""
+STEEPEST = 1e-3
+"""Minimum ratio of a step to the one before. An exponential that is followed for 15 errors is so steep there
+that a tenth of the error is below `SHORTEST`."""
 TRIES = 4
 """Maximum number of steps. Each is a tenth of the last or less, where the prediction jumps."""
 SHORTEST = 1e-9
@@ -33,7 +36,8 @@ SHORTEST = 1e-9
 
 Equilibria are solved to 1e-10."""
 GROWN = 10.0
-"""Minimum ratio of an error to that of a longer step at which any deviation from the slope counts as a jump.
+"""Minimum ratio of an error to that of a longer step at which stairs are looked for: deviations from the slope
+that begin this much nearer than the error [1].
 
 Of staircases of 0.25 to 5 errors the longer step gave the error, and a step of 0.1 errors gave none."""
 CONSIDERED = 0.1
@@ -165,11 +169,12 @@ def _slopes(
         if entry.at_bound:
             return slopes, True
         if step <= LONGEST * error:
-            reach, stairs = min(error, size), error > GROWN * least
-            if any(_jumps(fit, start, slopes, entry, (shortest, end), stairs) for end in (-reach, reach)):
+            reach = min(error, size)
+            holds = reach / GROWN if error > GROWN * least else 0.0
+            if any(_jumps(fit, start, slopes, entry, (shortest, end), holds) for end in (-reach, reach)):
                 break
             return slopes, True
-        step, least = SHORTER * min(error, step), min(error, least)
+        step, least = max(SHORTER * error, STEEPEST * step), min(error, least)
         if step < shortest:
             break
     return fit.derivative(entry.name), False
@@ -181,7 +186,7 @@ def _jumps(
     slopes: Sequence[Mapping[str, np.ndarray]],
     entry: Parameter,
     ends: tuple[float, float],
-    stairs: bool,
+    holds: float,
 ) -> bool:
     """True if the prediction jumps on one side of the fit.
 
@@ -189,7 +194,7 @@ def _jumps(
         fit, start, entry: as of `_slopes`.
         slopes: derivative of every output by the parameter.
         ends: shortest distance from the fit, and longest one with the sign of the side, SI.
-        stairs: true if any deviation counts as a jump.
+        holds: distance within which the slope must hold, SI.
     """
     side, far = float(np.sign(ends[1])), abs(ends[1])
     room = entry.max - entry.value if side > 0.0 else entry.value - entry.min
@@ -204,7 +209,7 @@ def _jumps(
             ],
         )
 
-    return jumps(deviation, ends[0], min(far, room), stairs)
+    return jumps(deviation, ends[0], min(far, room), holds)
 
 
 def _difference(fit: GeneralFit, entry: Parameter, step: float) -> list[dict[str, np.ndarray]]:

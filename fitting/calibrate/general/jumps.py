@@ -17,28 +17,28 @@ NARROW = 1.0 / 64.0
 to find it, and none where the slope holds."""
 
 
-def jumps(deviation: Callable[[float], np.ndarray], near: float, far: float, stairs: bool = False) -> bool:
+def jumps(deviation: Callable[[float], np.ndarray], near: float, far: float, holds: float = 0.0) -> bool:
     """True if a prediction leaves its slope at a jump, between two distances from the fit.
 
     Args:
         deviation: function from a distance to the deviation of all outputs from their slope, in standard
             deviations, shape (outputs,).
         near, far: shortest and longest distance, in the unit that `deviation` takes.
-        stairs: true if any deviation counts as a jump.
+        holds: distance within which the slope must hold. A deviation that begins nearer counts as a jump.
     """
     if far <= near:
         return False
     low, high = np.zeros(1), deviation(far)
     if _size(high) <= MISSED:
         return False
-    while not stairs and far > (1.0 + NARROW) * near:
+    while far > (1.0 + NARROW) * near:
         middle = float(np.sqrt(near * far))
         found = deviation(middle)
         if _size(found) > MISSED:
             far, high = middle, found
         else:
             near, low = middle, found
-    return stairs or _size(high - low) > SUDDEN * MISSED
+    return far < holds or _size(high - low) > SUDDEN * MISSED
 
 
 def _size(deviation: np.ndarray) -> float:
