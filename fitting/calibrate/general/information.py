@@ -36,8 +36,8 @@ SHORTEST = 1e-9
 
 Equilibria are solved to 1e-10."""
 GROWN = 10.0
-"""Minimum ratio of an error to that of a longer step at which stairs are looked for: deviations from the slope
-that begin this much nearer than the error [1].
+"""Minimum ratio of an error to that of a longer step at which stairs are looked for [1]. There a deviation
+from the slope counts that begins this much nearer than the error.
 
 Of staircases of 0.25 to 5 errors the longer step gave the error, and a step of 0.1 errors gave none."""
 CONSIDERED = 0.1
