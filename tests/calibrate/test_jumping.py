@@ -14,7 +14,7 @@ from fitting.calibrate.open_constants import open_constants
 from fitting.calibrate.quoted import estimates
 from fitting.inference.parameters import Parameter, Parameters, Prior
 from fitting.report.characterisation import estimate_text
-from fitting.report.general.text import _unsettled, _without_error
+from fitting.report.general.text import _understated, _unsettled, _without_error
 from fitting.specimens.actuator_phase import UNSETTLED
 from fitting.specimens.rows import Rows
 
@@ -234,3 +234,20 @@ def test_recordings_whose_fractions_did_not_settle_are_named():
     assert _unsettled(SimpleNamespace(fit=fit))[0].startswith("The martensite fractions of b did not settle")
     rows[1].extra = {}
     assert _unsettled(SimpleNamespace(fit=fit)) == []
+
+
+@pytest.mark.parametrize("ratio", [0.2, 3.0, 8.0])
+def test_resistances_that_scatter_far_more_than_their_noise_are_named(ratio):
+    time, noise = np.arange(200.0), 1e-3 * np.random.default_rng(0).standard_normal(200)
+    rows = SimpleNamespace(
+        time=time,
+        inputs={"resistance_2": 3.0 + noise},
+        extra={
+            "layout": SimpleNamespace(spring_numbers=(1, 2)),
+            "noise_resistance_2": np.asarray(1e-3 / ratio),
+            "ohms": (np.ones(200), np.full(200, 3.0)),
+        },
+    )
+    said = _understated(SimpleNamespace(fit=SimpleNamespace(recordings=[SimpleNamespace(name="a")], rows=[rows])))
+    assert bool(said) == (ratio > 5.0)
+    assert all("that of spring 2 in a by a factor of" in sentence for sentence in said)

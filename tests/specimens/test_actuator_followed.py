@@ -204,7 +204,8 @@ def _with_noise(rows, noise):
 
 def test_a_stated_noise_of_next_to_nothing_has_a_floor(through):
     """A gain had the stated noise where all else had the floor of the reading's resolution."""
-    gains = [settled([_with_noise(through[0], noise)], _simple)[0].extra["gain"][1] for noise in (1e-12, 1e-9)]
+    least = actuator_phase.LEAST_NOISE * float(np.median(through[0].inputs["resistance_2"]))
+    gains = [settled([_with_noise(through[0], noise)], _simple)[0].extra["gain"][1] for noise in (1e-12, least)]
     np.testing.assert_array_equal(*gains)
     assert np.any(gains[0] != 0.0)
 
