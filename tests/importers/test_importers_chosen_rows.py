@@ -201,3 +201,24 @@ def test_a_clock_that_goes_back_names_the_rows_of_the_first_piece(put):
         import_file(path, make_options(**named))
     advised = re.search(r"keep the first one: --rows (\S+)", str(error.value))[1]
     assert advised == "1:21" and len(import_file(path, make_options(rows=[advised], **named))) == 20
+
+
+@pytest.mark.parametrize("field", ["1.2.3", "1,234.5,6"])
+def test_a_number_that_cannot_be_told_is_no_obstacle_in_a_row_left_out(put, field):
+    rows = [line.replace(",", ";") for line in lines()]
+    rows[60] = rows[60].rpartition(";")[0] + f";{field}"
+    path = put("a.csv", text(rows).replace(HEAD[1], HEAD[1].replace(",", ";")))
+    with pytest.raises(InputError, match=f"{field!r} in row 63"):
+        cut(path)
+    with pytest.raises(InputError, match=f"{field!r} in row 63"):
+        cut(path, "20:100")
+    assert len(cut(path, ":62,64:")) == 119 and len(cut(path, "64:")) == 59
+
+
+def test_a_doubtful_group_of_thousands_is_no_obstacle_in_a_row_left_out(put):
+    rows = [line.replace(",", ";") for line in lines()]
+    rows[60] = rows[60].rpartition(";")[0] + ";2,345"
+    path = put("a.csv", text(rows).replace(HEAD[1], HEAD[1].replace(",", ";")))
+    with pytest.raises(InputError, match="'2,345' in row 63"):
+        cut(path)
+    assert len(cut(path, ":62,64:")) == 119

@@ -119,11 +119,14 @@ def with_chosen_rows(sample: Sample, choice: RowChoice, names: Sequence[str]) ->
             place, f"{option} keeps {counted(len(keep), 'row')} of {len(grid.rows)}, and a test has at least"
             f" {LEAST_ROWS}; {there}",
         )  # fmt: skip
+    part = grid.cut(keep)
+    settled = {c for c, rows in part.trouble_rows.items() if not rows & {*part.rows}}
+    part.troubles = {c: why for c, why in part.troubles.items() if c not in settled}
     out = _in_words(grid.rows, {*keep})
     count = len(grid.rows) - len(keep)
     said = f"{option}: {counted(count, 'row')} left out ({out})"
     return replace(
-        sample, grid=grid.cut(keep), kept=ranges, left_out=f"{out} of {sample.raw.path.name}",
+        sample, grid=part, kept=ranges, left_out=f"{out} of {sample.raw.path.name}",
         notices=(*sample.notices, said),
     )  # fmt: skip
 

@@ -21,6 +21,8 @@ class Grid:
         cells: the fields of each row as text.
         described: words about the columns and what separates them, with which the first notice ends.
         troubles: reason why a column's numbers are doubtful, by column; a sentence without subject.
+        trouble_rows: line numbers of the only rows that make a column's numbers doubtful, by column, where
+            that is known.
         doubt: reason why no column can be told from another; empty where there is none.
         contradictions: two units that one heading states, by column; or those that its numbers may be in, and
             how the sheet displays them.
@@ -52,6 +54,7 @@ class Grid:
     described: str = ""
     decimal: str = "."
     below: list[list[str]] = field(default_factory=list)
+    trouble_rows: dict[int, frozenset[int]] = field(default_factory=dict)
 
     def texts(self, column: int) -> list[str]:
         """The fields of a column as text, empty where a row ends before it."""
@@ -78,6 +81,7 @@ class Grid:
             below=self.below,
             origins={k: self.origins[c] for k, c in enumerate(chosen) if c in self.origins},
             troubles={k: self.troubles[c] for k, c in enumerate(chosen) if c in self.troubles},
+            trouble_rows={k: self.trouble_rows[c] for k, c in enumerate(chosen) if c in self.trouble_rows},
             contradictions={
                 k: self.contradictions[c] for k, c in enumerate(chosen) if c in self.contradictions
             },

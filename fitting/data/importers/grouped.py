@@ -58,6 +58,7 @@ def doubt_groups(grid: Grid, decimal: str) -> None:
                 f"{text!r} in row {row} of {label} may be {text.replace(',', '.')} or"
                 f" {re.sub('[.,]', '', text)}, which the other fields do not tell"
             )
+            grid.trouble_rows[column] = frozenset(row for row, _ in doubtful)
 
 
 def _beside_decimals(written: list[tuple[int, str]], decimal: str) -> list[tuple[int, str]]:

@@ -158,6 +158,7 @@ def _both(first: Grid, second: Grid, column: int, times: np.ndarray) -> Grid:
         rows=[*first.rows, *second.rows],
         cells=[*first.cells, *second.cells],
         troubles={**second.troubles, **first.troubles},
+        trouble_rows={},
         doubt=first.doubt or second.doubt,
         contradictions={**second.contradictions, **first.contradictions},
         breaks={**first.breaks, **moved},

@@ -77,6 +77,7 @@ def _percent_signs(grid: Grid) -> None:
             grid.headings[column] = Heading(heading.text, heading.name, "percent", heading.zero)
             filled = sum(bool(cells[column]) for cells in grid.cells if column < len(cells))
             if signs < filled:
+                grid.trouble_rows.pop(column, None)
                 grid.troubles[column] = (
                     f"{signs} of {filled} fields of {heading.text!r} end in a percent sign and the others do"
                     " not"
@@ -152,6 +153,7 @@ def _leave_out(grid: Grid, column: int, texts: list[tuple[int, str]], filled: in
     else:
         asked = "check: " if _may_be_missed(grid, column, texts) else ""
         grid.notices.append(f"{asked}column {label} is text and was left out ({_examples(texts)})")
+    grid.trouble_rows.pop(column, None)
     grid.troubles[column] = (
         f"{len(texts)} of {filled} fields of {place} are no numbers ({example!r} in row {row})"
     )
@@ -166,13 +168,16 @@ def _call_missing(grid: Grid, column: int, texts: list[tuple[int, str]]) -> None
         f" ({_listed(texts)}): missing"
     )
     place = label if grid.headings else f"column {label}"
-    for row, text in texts:
-        if like_a_number(text):
-            grid.troubles[column] = (
-                f"{text!r} in row {row} of {place} cannot be told: its marks are not those of the other"
-                f" numbers{_other_marks(grid, column, text)}"
-            )
-            break
+    doubtful = [(row, text) for row, text in texts if like_a_number(text)]
+    if doubtful:
+        row, text = doubtful[0]
+        other = grid.trouble_rows.pop(column, frozenset()) if column in grid.troubles else frozenset({row})
+        grid.troubles[column] = (
+            f"{text!r} in row {row} of {place} cannot be told: its marks are not those of the other"
+            f" numbers{_other_marks(grid, column, text)}"
+        )
+        if other:
+            grid.trouble_rows[column] = other | {row for row, _ in doubtful}
 
 
 def _other_marks(grid: Grid, column: int, text: str) -> str:

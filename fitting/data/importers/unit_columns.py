@@ -89,4 +89,5 @@ def _without(notices: Sequence[str], own: str) -> list[str]:
 
 
 def _doubtful(grid: Grid, column: int, why: str) -> Grid:
-    return replace(grid, troubles={**grid.troubles, column: why})
+    rows = {c: found for c, found in grid.trouble_rows.items() if c != column}
+    return replace(grid, troubles={**grid.troubles, column: why}, trouble_rows=rows)
