@@ -140,9 +140,12 @@ def test_what_characterise_found_is_a_start_of_the_base_model(monkeypatch):
     ]
     unknowns = SimpleNamespace(base=np.arange(3), items=items, neutral=np.zeros(3), low=np.full(3, -4.0), high=np.full(3, 4.0))
     estimates = {"T_mid": SimpleNamespace(value=95.0, unit="degC"), "E_m": SimpleNamespace(value=100.0, unit="GPa")}
-    monkeypatch.setattr(start, "characterise_general", lambda *a, **k: SimpleNamespace(parameters=estimates))
+    fitted = lambda *a, progress, **k: progress("stage 1 of 2") or SimpleNamespace(parameters=estimates)  # noqa: E731
+    monkeypatch.setattr(start, "characterise_general", fitted)
     wire = lambda alloy: SimpleNamespace(recordings=[SimpleNamespace(full_geometry=lambda: {"alloy": alloy})])  # noqa: E731
-    known = characterised(wire("fit"), "wire", lambda word: None)
+    said: list[str] = []
+    known = characterised(wire("fit"), "wire", said.append)
+    assert said == ["characterising", "characterising, stage 1 of 2"]
     (u,) = begun_at(known, unknowns)
     np.testing.assert_allclose(u, [2.0, 4.0, 0.0])
     unknowns.items[0] = SimpleNamespace(name="T_mid", scaled=lambda x: (x - 70.0) / 25.0)  # another program's

@@ -132,11 +132,15 @@ def characterised(
     if specimen.several_laws or not identifies(campaign, kind):
         return {}
     progress("characterising")
+
+    def within(stage: str) -> None:
+        progress(f"characterising, {stage}")
+
     try:
         if own_pipeline(specimen) is None:  # by the same law as the program's, never by a simpler one
-            found = characterise_general(campaign, specimen, starts=specimen.starts)
+            found = characterise_general(campaign, specimen, starts=specimen.starts, progress=within)
         else:
-            found = characterise(campaign, profile=0)
+            found = characterise(campaign, profile=0, progress=within)
     except InputError:
         return {}
     return found.parameters
