@@ -107,7 +107,7 @@ def test_what_is_left_at_its_neutral_value_is_called_absent(fit):
 
 def test_of_a_model_of_a_diagnosis_no_diagnosis_is_asked_for(fit, monkeypatch):
     """After a diagnosis its own model was said to need one."""
-    monkeypatch.setattr(text, "moved", lambda *_: ["G_m moved far.", "G_a moved far."])
+    monkeypatch.setattr(text, "far_from_nominal", lambda *_: ["G_m moved far.", "G_a moved far."])
     description = f"{DIAGNOSIS} {fit.model.title}, seed 0"
     diagnosed = dataclasses.replace(fit.model, model=dataclasses.replace(fit.model.model, description=description))
     results = [dataclasses.replace(fit, model=model) for model in (diagnosed, fit.model, None)]
