@@ -72,14 +72,14 @@ class PlainLines:
             if not self.shown or now - self._last < self._every or (again and self._ended.is_set()):
                 return
             self._last = now
-            print(f"{self._subject}, {duration(now - self._began)}: {text}", file=sys.stderr, flush=True)
+            print(f"{self._subject}, {elapsed(now - self._began)}: {text}", file=sys.stderr, flush=True)
 
     def _watch(self) -> None:
         """Write the last text again, and how long ago it was said, where none follows for an interval."""
         while not self._ended.wait(self._every / _LOOKS):
             lasts = time.monotonic() - self._since
             if lasts >= self._every:
-                self._write(f"{self._text}, for {duration(lasts)}", again=True)
+                self._write(f"{self._text}, for {elapsed(lasts)}", again=True)
 
 
 class Steps:
@@ -182,3 +182,11 @@ def duration(seconds: float) -> str:
     if seconds < 90.0:
         return f"{seconds:.0f} s"
     return f"{seconds / 60.0:.0f} min" if seconds < 5400.0 else f"{seconds / 3600.0:.1f} h"
+
+
+def elapsed(seconds: float) -> str:
+    """`40 s`, `2 min 30 s` or `1 h 2 min`: to the second, so that later lines of a log have other times."""
+    minutes, rest = divmod(round(seconds), 60)
+    hours, minutes = divmod(minutes, 60)
+    parts = [f"{size} {unit}" for size, unit in ((hours, "h"), (minutes, "min"), (rest, "s")) if size]
+    return " ".join(parts) or "0 s"

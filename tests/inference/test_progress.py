@@ -30,7 +30,7 @@ def test_a_log_gets_a_line_now_and_then(clock, capsys):
             clock[0] = at
             progress(word)
     lines = capsys.readouterr().err.splitlines()
-    assert lines == ["fitting, 31 s: errors (step 3)", "fitting, 3 min: profiles (step 5)"]
+    assert lines == ["fitting, 31 s: errors (step 3)", "fitting, 3 min 20 s: profiles (step 5)"]
 
 
 def test_a_log_says_how_many_steps_there_are_where_that_is_known(clock, capsys):
@@ -38,7 +38,15 @@ def test_a_log_says_how_many_steps_there_are_where_that_is_known(clock, capsys):
         for at, word in ((31.0, "rates"), (62.0, "choice")):
             clock[0] = at
             progress(word)
-    assert capsys.readouterr().err.splitlines() == ["planning, 31 s: rates (figure 1 of 2)", "planning, 62 s: choice (figure 2 of 2)"]
+    assert capsys.readouterr().err.splitlines() == ["planning, 31 s: rates (figure 1 of 2)", "planning, 1 min 2 s: choice (figure 2 of 2)"]
+
+
+def test_later_lines_of_a_log_have_other_times():
+    """Minutes were rounded, so that lines half a minute apart both said `for 2 min`."""
+    assert [told.elapsed(s) for s in (0.2, 40.0, 59.6, 90.0, 120.0, 150.4)] == ["0 s", "40 s", "1 min", "1 min 30 s", "2 min", "2 min 30 s"]
+    assert told.elapsed(3720.0) == "1 h 2 min" and told.elapsed(5431.0) == "1 h 30 min 31 s"
+    times = [told.elapsed(told.EVERY_S * k) for k in range(400)]
+    assert len(set(times)) == len(times)
 
 
 @pytest.mark.parametrize(("total", "line"), [(3, "2 of 3 campaigns done; fit"), (None, "fit")])
