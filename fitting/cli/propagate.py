@@ -8,7 +8,7 @@ import click
 
 @click.command("propagate")
 @click.argument("study", type=click.Path(path_type=Path), metavar="STUDY.toml")
-@click.option("--out", type=click.Path(path_type=Path), required=True, help="Folder for chunks and results.")
+@click.option("--out", type=click.Path(path_type=Path), help="For chunks and results; not for --check alone.")
 @click.option("--resume", is_flag=True, help="Go on with the chunks in --out, or add rows to a study.")
 @click.option("--force", is_flag=True, help="Replace chunks and results that are in the folder already.")
 @click.option(
@@ -30,6 +30,8 @@ def propagate_command(study, out, resume, force, devices, workers, cluster, chec
     """
     from fitting.cli._common import check_places, done, notice, scheduler
 
+    if out is None and not check:
+        raise click.UsageError("Missing option '--out': the folder for chunks and results.")
     check_places(workers, cluster)
     _prepare(1 if workers or cluster else devices)
     from fitting.data.publish import check_free
@@ -39,7 +41,8 @@ def propagate_command(study, out, resume, force, devices, workers, cluster, chec
     from fitting.report.results import save, text
 
     problem = build_problem(read_study(study))
-    check_free(out, force or begun(out))  # of what has begun, `propagate` says how to go on
+    if out is not None:
+        check_free(out, force or begun(out))  # of what has begun, `propagate` says how to go on
     for sentence in problem.notices:
         notice(sentence)
     if check:

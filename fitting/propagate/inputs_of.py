@@ -242,6 +242,11 @@ def _marginal(entry: Mapping[str, Any], name: str, known: Known, study: Study) -
     if "distribution" in entry:
         if not isinstance(entry["distribution"], str):
             raise InputError(f"{where}: distribution must be a name of scipy.stats, such as 'lognorm'")
+        if entry["distribution"] == "uniform" and not set(numbers) <= {"loc", "scale"}:
+            raise InputError(
+                f"{where}: of a uniform distribution write its ends as low and high, and leave out "
+                "distribution; in scipy.stats it has loc (the lower end) and scale (the width)"
+            )
         return from_scipy(entry["distribution"], numbers, unit, where)
     if set(numbers) == {"low", "high"}:
         if not numbers["low"] < numbers["high"]:

@@ -62,6 +62,10 @@ CASES = {
         PLAIN.replace("mean = 1.0, sd = 0.5", "distribution = 'lognormal', s = 1.0"), "did you mean 'lognorm'?",
     ),
     "no such shape": (PLAIN.replace("mean = 1.0, sd = 0.5", "distribution = 'norm', mu = 1.0"), "is no parameter of norm"),
+    "ends of a uniform by its name": (
+        PLAIN.replace("mean = 1.0, sd = 0.5", "distribution = 'uniform', low = 0.0, high = 1.0"),
+        "write its ends as low and high, and leave out distribution; in scipy.stats it has loc",
+    ),
     "a missing shape": (PLAIN.replace("mean = 1.0, sd = 0.5", "distribution = 'lognorm'"), "needs the shape 's'"),
     "an impossible shape": (
         PLAIN.replace("mean = 1.0, sd = 0.5", "distribution = 'gamma', a = -1.0"), "is no distribution",
@@ -228,6 +232,15 @@ def test_check_says_what_would_be_done_and_does_nothing(tmp_path):
     path.write_text(PLAIN)
     result = CliRunner().invoke(main, ["propagate", str(path), "--out", str(out), "--check"])
     assert result.exit_code == 0 and "10,000 rows in 1 chunk," in result.stdout and not out.exists()
+    alone = CliRunner().invoke(main, ["propagate", str(path), "--check"])
+    assert alone.exit_code == 0 and alone.stdout == result.stdout
+
+
+def test_a_run_without_a_folder_is_refused(tmp_path):
+    path = tmp_path / "study.toml"
+    path.write_text(PLAIN)
+    result = CliRunner().invoke(main, ["propagate", str(path)])
+    assert result.exit_code == 2 and "missing option '--out'" in result.stderr
 
 
 @pytest.mark.parametrize("more", ["", "[indices]\n", "[indices]\nkind = 'shapley'\n", "[rare]\n"])
