@@ -9,6 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from fitting.sample.bands import measurement_band
 from fitting.sample.campaign import CampaignPosterior
 
 from ..figures import (
@@ -197,16 +198,15 @@ def _bands(above: Axes, below: Axes, curve, predicted: np.ndarray) -> None:
     order = np.argsort(curve.x, kind="stable")
     x = curve.x[order]
     low, middle, high = np.quantile(predicted[:, order], (BAND[0], 0.5, BAND[1]), axis=0)
-    spread = np.sqrt(np.var(predicted[:, order], axis=0) + curve.sigma[order] ** 2)
-    reach = 1.6448536269514722 * spread  # 90 % of a Gaussian
+    lowest, highest = measurement_band(predicted[:, order], curve.sigma[order], BAND)
     marks = thinned(order, MOST_MARKS)
     above.plot(curve.x[marks], curve.measured[marks], label="measured", **measured_marks(len(marks)))
     above.fill_between(
-        x, middle - reach, middle + reach, color=SKY, alpha=0.3, lw=0, label="90 % of new measurements"
+        x, lowest, highest, color=SKY, alpha=0.3, lw=0, label="90 % of new measurements"
     )
     above.fill_between(x, low, high, color=VERMILION, alpha=0.35, lw=0, label="90 % of the model")
     above.plot(x, middle, color=VERMILION, lw=1.3, label="median")
-    below.fill_between(x, -reach, reach, color=SKY, alpha=0.3, lw=0)
+    below.fill_between(x, lowest - middle, highest - middle, color=SKY, alpha=0.3, lw=0)
     below.fill_between(x, low - middle, high - middle, color=VERMILION, alpha=0.35, lw=0)
     below.plot(x, curve.measured[order] - middle, ".", color=BLACK, ms=3)
     below.axhline(0.0, color=BLACK, lw=0.8)
