@@ -1,25 +1,19 @@
 """The report of a batch: one table over specimens, joint conclusions, and failed specimens."""
 
-from collections.abc import Sequence
-from functools import singledispatch
 from typing import Any
 
 from matplotlib.figure import Figure
 
 from fitting.calibrate.batch import Batch, Member
-from fitting.calibrate.general.pipeline import GeneralCharacterisation
 from fitting.calibrate.pooling import Pooled
-from fitting.calibrate.result import Characterisation
-from fitting.calibrate.spring.pipeline import SpringCharacterisation
 from fitting.data.csv_text import csv_rows
 from pneusma_jax.errors import counted
 
 from . import figures as house
+from .cautions import cautions
 from .cells import number, with_error, with_unit
 from .characterisation import CSV_DIGITS, ERRORS, estimate_cells, estimate_text, estimates_json
-from .general import text as general
 from .report import Picture, Points, Report, Section
-from .spring import text as spring
 from .table import Table
 
 SCHEMA = "pneusma-characterisation-batch/1"
@@ -27,16 +21,6 @@ UNALIKE = 0.01
 """Maximum p-value for specimens to be reported as different by more than their error bars."""
 MOST_PANELS = 12
 """Maximum number of constants in the figure."""
-
-
-@singledispatch
-def cautions(result: Characterisation | None) -> Sequence[str]:
-    """Sentences with which a member's own report begins because its constants are not to be trusted."""
-    return ()
-
-
-cautions.register(GeneralCharacterisation, general.cautions)
-cautions.register(SpringCharacterisation, spring.cautions)
 
 
 def _fitted(member: Member) -> str:

@@ -7,6 +7,7 @@ import jax
 import numpy as np
 from jaxtyping import Array, Float, PyTree
 
+from fitting.calibrate.result import Characterisation
 from fitting.inference.parameters import Parameters
 from pneusma_jax.units import from_si
 
@@ -53,6 +54,7 @@ class Problem:
         curves: measured curves in the order of `predict`.
         notes: sentences about noise and priors.
         notices: further sentences for the reader.
+        fit: characterisation whose noise the density takes; None without one.
     """
 
     title: str
@@ -65,6 +67,7 @@ class Problem:
     curves: tuple[Curve, ...]
     notes: tuple[str, ...]
     notices: tuple[str, ...] = ()
+    fit: Characterisation | None = None
 
     def unit(self, name: str) -> str:
         """Unit of a parameter in files."""

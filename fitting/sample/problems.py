@@ -1,6 +1,7 @@
 """The sampling problem of each type of characterisation."""
 
 import functools
+from dataclasses import replace
 
 from fitting.calibrate.elastomer.pipeline import ElastomerCharacterisation
 from fitting.calibrate.general.fit import inflated
@@ -32,7 +33,7 @@ def sampling_problem(fit: Characterisation, model: Calibration | None = None) ->
 @sampling_problem.register
 def _(fit: ElastomerCharacterisation, model: Calibration | None = None) -> Problem:
     """The selected law, with its constants and the stiffness of the specimens."""
-    return problem_of(fit, model)
+    return replace(problem_of(fit, model), fit=fit)
 
 
 @sampling_problem.register
@@ -45,7 +46,7 @@ def _(fit: SpringCharacterisation, model: Calibration | None = None) -> Problem:
         raise InputError(f"{model.name}: priors of springs come from their campaign, not from a table")
     recordings, problem = [test.recording for test in fit.tests], fit.joint.problem
     rows = problem.with_decisions(fit.joint.values)
-    return model_problem(fit.title, recordings, rows, problem.parameters)
+    return replace(model_problem(fit.title, recordings, rows, problem.parameters), fit=fit)
 
 
 @sampling_problem.register
@@ -55,4 +56,5 @@ def _(fit: GeneralCharacterisation, model: Calibration | None = None) -> Problem
         raise InputError(f"{model.name}: priors of this kind come from the campaign, not from a table")
     rows = inflated(fit.fit.rows, fit.fit.inflation)
     notes = [] if fit.model is None else fit.model.notes(fit.campaign)
-    return model_problem(fit.title, fit.fit.recordings, rows, fit.fitted, notes, model=fit.fit.model)
+    found = model_problem(fit.title, fit.fit.recordings, rows, fit.fitted, notes, model=fit.fit.model)
+    return replace(found, fit=fit)

@@ -60,9 +60,15 @@ def verdict(result: ElastomerCharacterisation) -> list[str]:
     return sentences
 
 
-def _left(result: ElastomerCharacterisation, fit: LawFit) -> str:
+def left_by(result: ElastomerCharacterisation) -> list[str]:
+    """Sentence on what the recommended law leaves beyond noise, by its name; empty where there is nothing."""
+    fit, name = result.whole.best, result.whole.best.law.label
+    return [_left(result, fit, name[0].upper() + name[1:])] if _shaped(fit) else []
+
+
+def _left(result: ElastomerCharacterisation, fit: LawFit, law: str = "It") -> str:
     """A sentence about what the recommended law leaves beyond noise, and who looks for the cause."""
-    left = f"It leaves {math.sqrt(fit.mean_square):.2g} times the noise"
+    left = f"{law} leaves {math.sqrt(fit.mean_square):.2g} times the noise"
     samples, error = result.samples, result.whole.held[result.whole.choice.chosen].ranges[-1].inside.rmse
     share = error / float(np.ptp(samples.stress[samples.fitted]))
     if not within_accuracy(share, any(curve.noise_stated for curve in samples.curves)):

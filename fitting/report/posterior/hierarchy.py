@@ -11,6 +11,7 @@ from .. import figures as house
 from ..cells import number, with_error, with_unit
 from ..report import Picture, Points, Report, Section
 from ..table import Table
+from .beside_fit import opening
 from .report import NOT_CONVERGED
 
 SCHEMA = "pneusma-together/1"
@@ -63,7 +64,9 @@ def verdict(result: Together) -> list[str]:
     if tightest != loosest:
         sentences[0] += f" and least in {tightest} ({100.0 * found[tightest].pooling:.0f} %)"
     sentences[0] += "."
-    return [*sentences, result.posterior.verdict[0]]
+    fits = zip(result.names, result.fits, strict=True)
+    doubts = [f"{name}: {said}" for name, fit in fits for said in opening(fit)]
+    return [*doubts, *sentences, result.posterior.verdict[0]]
 
 
 def spread_text(one: Shared) -> str:

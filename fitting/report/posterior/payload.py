@@ -5,6 +5,7 @@ from typing import Any
 from fitting.sample.campaign import CampaignPosterior
 
 from . import text
+from .beside_fit import opening
 
 SCHEMA = "pneusma-posterior/1"
 
@@ -43,7 +44,7 @@ def content(result: CampaignPosterior) -> dict[str, Any]:
             **posterior.diagnostics,
         },
         "notes": list(problem.notes),
-        "notices": list(problem.notices),
+        "notices": [*opening(problem.fit), *problem.notices],
     }
 
 

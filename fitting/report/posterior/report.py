@@ -32,7 +32,7 @@ def report_of(result: CampaignPosterior) -> Report:
             Section("Parameters", [parameter_table(result), drawn["corner"]]),
             Section("Model and data", [drawn["predictive"]]),
             Section("What the data added", [drawn["prior"]]),
-            Section("Where the fit's error bars hold", [disagreement_table(result)]),
+            Section("Draws beside the Laplace approximation", [disagreement_table(result)]),
             Section("How it was sampled", [Points(text.how_it_was_sampled(result)), drawn["trace"]]),
             Section("Notices", [Points(problem.notices)]),
         ],

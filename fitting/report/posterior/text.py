@@ -3,10 +3,16 @@
 from fitting.sample.campaign import CampaignPosterior
 from fitting.sample.settings import Settings
 
+from .beside_fit import opening
+
+HOLD = "the fit's standard errors hold"
+"""End of a sentence that only a posterior may say which counts everything that the fit's errors count."""
+
 
 def verdict(result: CampaignPosterior) -> list[str]:
-    """Sentences on the convergence of the chains, then on misleading error bars of the fit."""
-    sentences = list(result.posterior.verdict)
+    """Sentences on what the draws do not count, on their convergence, then on error bars of the fit."""
+    uncounted = opening(result.problem.fit)
+    sentences = [*uncounted, *result.posterior.verdict]
     if not result.converged:
         sentences.append(
             "Whether the fit's standard errors (Laplace) hold is not judged: the draws are too few."
@@ -14,10 +20,9 @@ def verdict(result: CampaignPosterior) -> list[str]:
         return sentences
     found = [(name, d) for name, d in result.posterior.disagreements.items() if d.notable]
     if not found:
-        sentences.append(
-            "The Laplace approximation agrees with the draws on every parameter: the fit's standard errors "
-            "hold."
-        )
+        agrees = "The Laplace approximation agrees with the draws on every parameter"
+        same = "it takes the same law and noise, so that this confirms neither"
+        sentences.append(f"{agrees}: {same if uncounted else HOLD}.")
     for name, disagreement in found:
         sentences.append(f"Laplace and draws disagree on {name}: {'; '.join(disagreement.reasons)}.")
     return sentences

@@ -1,0 +1,96 @@
+"""A posterior of a law that does not fit begins as the report of the fit does, and quotes no error as holding."""
+
+import json
+from dataclasses import replace
+from importlib import resources
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from fitting.characterise import characterise
+from fitting.data.recordings import read_campaign
+from fitting.inference.lasting_noise import Lasting
+from fitting.report.posterior import beside_fit
+from fitting.report.posterior.hierarchy import verdict as verdict_together
+from fitting.report.posterior.text import HOLD, verdict
+from fitting.sample.campaign import posterior_of
+
+TUBE = Path(str(resources.files("calibration_data"))) / "examples" / "tube"
+CREEP = 0.15
+"""Swing of the length [mm] during a test that the law of a tube does not know; its noise is 0.06 mm."""
+
+
+@pytest.fixture(scope="module")
+def crept():
+    """Tubes whose length swings while they are tested, of every second row."""
+    campaign = read_campaign(TUBE)
+    for recording in campaign.recordings:
+        time, length = recording.columns["time_s"], recording.columns["length_mm"]
+        recording.columns["length_mm"] = length + CREEP * np.sin(3.4 * np.pi * time / time[-1])
+        recording.columns.update({name: values[::2] for name, values in recording.columns.items()})
+    return characterise(campaign, starts=1)
+
+
+def judged(fit, converged=True):
+    """A posterior that agrees with its fit on everything, as the sentences need it."""
+    posterior = SimpleNamespace(verdict=["Converged: 4 ensembles agree."], disagreements={})
+    return SimpleNamespace(posterior=posterior, converged=converged, problem=SimpleNamespace(fit=fit))
+
+
+def test_a_posterior_of_a_misfit_begins_with_the_first_sentence_of_its_fit(crept):
+    """Draws agreed with the fit 98 standard deviations from the truth, and the report said that errors hold."""
+    sampled = posterior_of(crept, seed=1, progress=False, sampler="emcee", ensembles=2, max_steps=40)
+    first = crept.verdict[0]
+    assert "does not fit these recordings" in first
+    assert sampled.verdict[0] == first and HOLD not in " ".join(sampled.verdict)
+    documents = sampled.documents()
+    report = json.loads(documents["report.json"])
+    assert report["notices"][0] == report["verdict"][0] == first
+    assert any("`pneusma diagnose" in notice for notice in report["notices"])
+    assert "does not fit these recordings" in documents["report.html"]
+
+
+def test_draws_that_agree_with_a_fit_that_misses_do_not_say_that_its_errors_hold(crept):
+    said = verdict(judged(crept))
+    assert said[:2] == crept.verdict[:2] and HOLD not in " ".join(said)
+    assert said[-1].endswith("so that this confirms neither.")
+    short = verdict(judged(crept, converged=False))
+    assert short[0] == said[0] and "not judged" in short[-1]
+
+
+@pytest.mark.parametrize(
+    ("inflation", "beside", "noise"),
+    [
+        (1.0, False, "take the stated noise as all"),
+        (2.5, False, "take noise that is 2.5 times the stated one, as in the fit, as all"),
+        (1.0, True, "take the stated noise and zeros of instruments that drift, as in the fit, as all"),
+    ],
+)
+def test_the_noise_of_the_draws_is_named(crept, inflation, beside, noise):
+    zeros = Lasting(np.array([1.0]), {"length": 0.1}, {"length": 0.9}, fitted_beside_zeros=beside)
+    fit = replace(crept, fit=replace(crept.fit, inflation=inflation), lasting=zeros)
+    assert noise in " ".join(beside_fit.opening(fit))
+
+
+def test_zeros_that_only_the_fit_counts_are_told_with_their_factor(crept):
+    fitting = replace(crept.fit, reduced_chi_square=1.0, inflation=1.0)
+    zeros = lambda grown: Lasting(np.array([1.0, grown**2]), {"length": 0.1}, {"length": 0.9})  # noqa: E731
+    wider, white = (replace(crept, fit=fitting, lasting=zeros(grown)) for grown in (3.0, 1.0))
+    said = " ".join(verdict(judged(wider)))
+    assert "multiplied by up to 3 for zeros of instruments" in said and HOLD not in said
+    assert "wider by that factor" in said and "the stated noise as all there is" in said
+    assert not beside_fit.opening(white) and HOLD in verdict(judged(white))[-1]
+
+
+def test_nothing_is_said_of_a_density_without_a_fit():
+    assert beside_fit.opening(None) == [] and HOLD in verdict(judged(None))[-1]
+
+
+def test_specimens_together_name_the_campaign_that_is_missed(crept):
+    shared = {"x": SimpleNamespace(pooling=0.5)}
+    posterior = SimpleNamespace(verdict=["Converged."])
+    result = SimpleNamespace(names=("A", "B"), fits=(None, crept), shared=shared, posterior=posterior)
+    said = verdict_together(result)
+    assert said[0] == f"B: {crept.verdict[0]}" and not any(x.startswith("A:") for x in said)
