@@ -80,7 +80,7 @@ def test_zeros_that_only_the_fit_counts_are_told_with_their_factor(crept):
     wider, white = (replace(crept, fit=fitting, lasting=zeros(grown)) for grown in (3.0, 1.0))
     said = " ".join(verdict(judged(wider)))
     assert "multiplied by up to 3 for zeros of instruments" in said and HOLD not in said
-    assert "wider by that factor" in said and "the stated noise as all there is" in said
+    assert "wider by up to that factor" in said and "the stated noise as all there is" in said
     assert not beside_fit.opening(white) and HOLD in verdict(judged(white))[-1]
 
 
@@ -94,3 +94,14 @@ def test_specimens_together_name_the_campaign_that_is_missed(crept):
     result = SimpleNamespace(names=("A", "B"), fits=(None, crept), shared=shared, posterior=posterior)
     said = verdict_together(result)
     assert said[0] == f"B: {crept.verdict[0]}" and not any(x.startswith("A:") for x in said)
+
+
+def test_an_elastomers_law_that_leaves_more_than_noise_is_named_first(example):
+    campaign = read_campaign(example)
+    for recording in campaign.recordings:
+        recording.columns.update({name: values[::5] for name, values in recording.columns.items()})
+    stiff = characterise(campaign, law="neo_hookean")
+    first, *_, last = verdict(judged(stiff))
+    assert first.startswith("Neo-Hookean leaves ") and first.endswith("times the noise. `pneusma diagnose` looks for the cause.")
+    assert first.removeprefix("Neo-Hookean") in " ".join(stiff.verdict) and HOLD not in last
+    assert HOLD in verdict(judged(characterise(campaign, law="yeoh")))[-1]

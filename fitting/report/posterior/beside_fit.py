@@ -38,7 +38,7 @@ def opening(fit: Characterisation | None) -> list[str]:
     if zeros:
         said.append(
             f"Errors of `pneusma characterise` are besides {zeros}. The draws do not count these: its "
-            "intervals are wider by that factor."
+            "intervals are wider by up to that factor."
         )
     if doubts:
         said.append("A wrong law makes draws that agree with each other and not with the specimen.")
