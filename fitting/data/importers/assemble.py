@@ -327,8 +327,8 @@ def _geometry(facts: Facts, making: Making) -> dict:
         notices.append(
             f'{fitted} = "fit": its law is to be identified; name a known one in the sidecar instead'
         )
-    elif kind in ("spring", "actuator") and not {**of_file, **stated}:
-        notices.append(
+    elif kind in ("spring", "actuator", "tube") and not {**of_file, **stated}:
+        making.warn(
             "the sidecar has no [geometry]: state the specimen's with --dimension, or the source's is assumed"
         )
     return geometry

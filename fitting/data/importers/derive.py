@@ -15,7 +15,7 @@ from .channels import in_unit
 from .circuit import add_resistances
 from .making import Channel, Making
 from .sizes import SAME
-from .specimen_sizes import AREAS, area_mm2, gauge_length_mm
+from .specimen_sizes import AREAS, area_mm2, gauge_length_mm, length_at_rest_mm
 
 CREDIBLE_STRESS_MPA = 1500.0
 """Maximum credible stress. Nitinol breaks near 1000 MPa, so a larger one indicates a wrong cross-section or
@@ -138,8 +138,7 @@ def _derive_length(making: Making) -> None:
             f" QUANTITY=COLUMN. If {channel.label!r} is the change of the {kind}'s length: {option} and"
             " --dimension length_mm=... (at rest)",
         )  # fmt: skip
-    sizes = [making.sizes[key].value for key in ("length_mm", "length") if key in making.sizes]
-    rest = making.options.dimensions.get("length_mm", sizes[0] if sizes else None)
+    rest = length_at_rest_mm(making)
     if rest is None:
         raise unusable(
             making.place, f"length needs that of the specimen at rest, to add {channel.label!r} to; state it"
@@ -151,17 +150,18 @@ def _derive_length(making: Making) -> None:
             f"{channel.label!r} was taken as the elongation of the tube, and added to its length at rest of"
             f" {rest:g} mm. If it is, {option} says so, and this line goes"
         )
-    _question_elongation(elongation, making)
+    _question_elongation(elongation, rest, making)
     values = rest + elongation
     made = f"{channel.label!r} and the length at rest of {rest:g} mm"
     _add(making, "length", Channel(values, "mm", channel.label, made=made), "elongation")
 
 
-def _question_elongation(elongation: np.ndarray, making: Making) -> None:
+def _question_elongation(elongation: np.ndarray, rest: float, making: Making) -> None:
     """Ask about an elongation that is not zero at no pressure, or falls as pressure rises.
 
     Args:
         elongation: change of the length, shape (rows,) [mm].
+        rest: length at rest [mm].
         making: the state of the import, with a pressure in any unit.
     """
     pressure = making.channels["pressure"].values if "pressure" in making.channels else np.empty(0)
@@ -176,9 +176,13 @@ def _question_elongation(elongation: np.ndarray, making: Making) -> None:
     at_least = float(elongation[least])
     begun = max(float(pressure[least]), 0.0) / float(np.max(np.abs(pressure)))
     if abs(at_least) > (AT_REST + begun) * float(np.max(np.abs(elongation))):
+        itself = abs(at_least - rest) < abs(at_least)
+        option = f"--map length={shlex.quote(label)}"
         making.warn(
-            f"{label!r} is {at_least:.4g} mm at the least pressure: is it counted from the length at rest? If"
-            f" not: --subtract elongation_mm={at_least:.4g}"
+            f"{label!r} is {at_least:.4g} mm at the least pressure: "
+            + (f"is it the length itself, {rest:g} mm at rest? If so: {option}. " if itself else "")
+            + f"{'Or is' if itself else 'is'} it counted from the length at rest? If not:"
+            f" --subtract elongation_mm={at_least:.4g}"
         )
     if elongation[largest] - at_least < -FALLS * float(np.ptp(elongation)):
         making.warn(

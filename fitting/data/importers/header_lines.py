@@ -20,7 +20,7 @@ from .sizes import (
     statements,
     states_a_size_among_others,
 )
-from .specimen_sizes import OF_KIND
+from .specimen_sizes import OF_KIND, repeats_an_option
 from .spelling import dimension, narrow
 from .tables import NO_NUMBERS
 
@@ -77,10 +77,14 @@ def say_header(sample: Sample, making: Making) -> dict[str, list[str]]:
     offered: dict[str, str] = {}
     spare: list[str] = []
     kept: list[str] = []
+    agreed: list[str] = []
     for cells in around:
         for part in told.rest(cells):
             size, sizes = _size_in(part), sizes_read(part)
             if sizes and all(_repeats(one, making, told) for one in sizes):
+                continue
+            if sizes and all(repeats_an_option(*one, making) for one in sizes):
+                agreed.append(shown(part))
                 continue
             contradicts = any(_contradicts(one, making, told) for one in sizes)
             if not contradicts and _is_of_no_account(size, bool(sizes), making):
@@ -95,6 +99,8 @@ def say_header(sample: Sample, making: Making) -> dict[str, list[str]]:
             else:
                 perhaps.append(shown(part))
     _ask(unread, perhaps, offered, making)
+    if agreed:
+        making.say(f"as --dimension states: {_some(agreed)}")
     if spare:
         making.say(f"stated, but not needed for kind {making.kind}: {_some(spare)}")
     if kept:

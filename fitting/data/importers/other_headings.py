@@ -21,22 +21,38 @@ _WORD = {
     "resistance": r"resistance|widerstand|résistance",
     "temperature": r"temperature|temp|temperatur|température",
     "current": r"current|strom|courant",
-    "pressure": r"pressure|druck|pression",
+    "pressure": r"pressure|(?:luft|innen|schlauch|kammer|mess|eingangs|ist)?druck|pression|p in",
+    "length": (
+        r"(?:schlauch|rohr|proben?|muskel|aktor|ist)?(?:länge|laenge)|length|longueur|longitud|lunghezza"
+    ),
     "curvature": r"curvature|krümmung|courbure",
     "bend_angle": r"(?:bend(?:ing)?|tip|deflection|flexion) angle|angle of bend(?:ing)?|biegewinkel",
 }
+_LENGTHS = re.compile(r"länge|laenge|length|longueur|longitud|lunghezza|长度|長さ|길이|длина")
+"""Words for a length that may be part of a longer one: `Schlauchlänge`, `管长度`."""
+_NOT_A_LENGTH = re.compile(
+    r"\b(?:rest|free|gauge|gage|wave|cable|arm|stroke|step|clamped|initiale?|iniziale|inicial|repos|riposo|"
+    r"reposo|ruhe\w*|anfangs\w*|ausgangs\w*|mess\w*|einspann\w*|klemm\w*|kabel\w*|wellen\w*)\b|初始|原始"
+)
+"""Words for a length that is no reading of a tube's: a size, a wave's, a cable's."""
+_OF_THE_ROOM = re.compile(r"\bluftdruck\b|\bair pressure\b")
+"""Words for a pressure that is as often that of the room."""
+_OF_A_STRAIGHT_PULL = frozenset({"force", "stress", "true_stress", "strain", "stretch", "true_strain"})
+"""Quantities beside which a length is a size or a change of length, and a pressure may be a stress."""
+_SHAPES = frozenset({"length", "curvature", "bend_angle"})
+"""Quantities that a pressure makes."""
 _NUMBERED = ("resistance_", "current_")
 """Beginnings of quantities of one spring of several: `R2`, `I1`. Their names mean hardly anything else."""
 _SYMBOL = {"r": "resistance", "f": "force", "t": "temperature", "i": "current"}
 """Symbols that stand for a quantity before a further word, in its unit: `R_spring (ohm)`, `F pull [N]`."""
-_WITH_UNIT = ("pressure", "curvature", "bend_angle")
+_WITH_UNIT = ("pressure", "length", "curvature", "bend_angle")
 """Quantities whose words count only beside a unit that fits."""
 _OF_SPECIMEN = ("temperature", "current")
 """Quantities that other parts of a rig have as often as the specimen, so that a word must name it."""
 _SPECIMEN = re.compile(rf"\b(?:{'|'.join(SPECIMEN_WORDS)}|spring|coil|wire|sma|nitinol|niti|feder|draht)\b")
 _NOT_MEASURED = re.compile(
     r"\b(?:set ?point|set|sp|target|command(?:ed)?|cmd|demand(?:ed)?|desired|des|nominal|reference|ref|"
-    r"sollwert|soll|ziel|vorgabe|consigne|goal|wanted|required|planned|programmed|control|input|rated|"
+    r"soll\w*|ziel|vorgabe|consigne|goal|wanted|required|planned|programmed|control|input|rated|"
     r"limit|lim|threshold|trigger|alarm|tolerance|capacity|resolution|upper|lower|high|low|full scale|"
     r"f?max(?:imum|imale?r?)?|f?min(?:imum|imale?r?)?|grenz\w*|mittel\w*|peak|break(?:ing)?|"
     r"failure|yield|mean|average|avg|rms|amplitude|std|sd|"
@@ -55,11 +71,12 @@ _COMPUTED = re.compile(r"[*×·/]\s*\d|\d\s*[*×·]|\^|\bx ?\d|\b(?:log|log10|ln
 _EXAMPLES = {
     "force": "Force (N)", "elongation": "Extension (mm)", "resistance": "Resistance (ohm)",
     "temperature": "Temperature (degC)", "current": "Current (A)", "curvature": "Curvature (1/m)",
-    "bend_angle": "Bend angle (deg)",
+    "bend_angle": "Bend angle (deg)", "length": "Length (mm)", "pressure": "Pressure (kPa)",
 }  # fmt: skip
 _BY_DIMENSION = {
     one: quantity
     for quantity in _EXAMPLES
+    if quantity not in ("length", "pressure")
     for one in _DIMENSIONS[quantity]
 }
 
@@ -99,6 +116,8 @@ def quantity_of_other_unit(heading: Heading) -> str | None:
 def _named_by_word(heading: Heading) -> str | None:
     """The one quantity that the words of a heading name, whatever its unit is."""
     named = [quantity for quantity, words in _WORD.items() if re.search(rf"\b(?:{words})\b", heading.name)]
+    if len(named) > 1 and "length" in named:
+        named.remove("length")  # `Extension over length` is no length
     return named[0] if len(named) == 1 and _may_be(named[0], heading) else None
 
 
@@ -107,6 +126,8 @@ def _may_be(quantity: str, heading: Heading) -> bool:
     name = heading.name
     if _NOT_MEASURED.search(name) or _COMPUTED.search(name):
         return False
+    if quantity == "length":
+        return not _NOT_A_LENGTH.search(name)
     return quantity not in _OF_SPECIMEN or bool(_SPECIMEN.search(name))
 
 
@@ -130,7 +151,16 @@ def columns_by_word(headings: Sequence[Heading], found: Collection[str]) -> dict
         quantity = quantity_by_word(heading)
         if quantity is not None and quantity not in found:
             columns.setdefault(quantity, []).append(column)
-    return {quantity: hits[0] for quantity, hits in columns.items() if len(hits) == 1}
+    straight = bool(_OF_A_STRAIGHT_PULL & {*found, *columns})
+    pressures = columns.get("pressure", [])
+    inside = [column for column in pressures if not _OF_THE_ROOM.search(headings[column].name)]
+    if straight or inside:
+        columns["pressure"] = inside
+    by_word = {quantity: hits[0] for quantity, hits in columns.items() if len(hits) == 1}
+    known = {*by_word, *found}
+    if "pressure" not in known or straight:
+        by_word.pop("length", None)  # of a tube, beside its pressure, and of nothing else
+    return by_word
 
 
 def unrecognised(headings: Sequence[Heading], taken: Collection[int], found: Collection[str]) -> str:
@@ -157,12 +187,32 @@ def advised(headings: Sequence[Heading], taken: Collection[int], found: Collecti
         found: quantities that were recognised.
     """
     advice: dict[str, str] = {}
-    for heading in _others(headings, taken):
-        quantity = _BY_DIMENSION.get(str(dimension(heading.unit)))
+    others = _others(headings, taken)
+    means = _BY_DIMENSION | _of_a_tube(others, found)
+    for heading in sorted(others, key=lambda heading: not _LENGTHS.search(heading.name)):
+        quantity = means.get(str(dimension(heading.unit)))
+        if quantity == "length" and _NOT_A_LENGTH.search(heading.name):
+            continue
         if quantity and quantity not in found and not _NOT_MEASURED.search(heading.name):
             advice.setdefault(quantity, f"--map {quantity}={shlex.quote(heading.text)}")
     names = ", ".join(repr(_EXAMPLES[quantity]) for quantity in advice)
     return f"by their units perhaps {' '.join(advice.values())}, or head them {names}" if advice else ""
+
+
+def _of_a_tube(others: Sequence[Heading], found: Collection[str]) -> dict[str, str]:
+    """Quantities by the dimension of a unit, where a pressure makes a tube longer or bends an actuator.
+
+    Args:
+        others: headings of the columns that were not recognised.
+        found: quantities that were recognised.
+    """
+    units = {dimension(heading.unit) for heading in others}
+    if _OF_A_STRAIGHT_PULL & {*found} or {"force", "mass"} & units:
+        return {}
+    pressed = "pressure" in found or "pressure" in units
+    shaped = bool(_SHAPES & {*found}) or bool({"length", "curvature", "angle"} & units)
+    length = {"length": "length"} if pressed and "elongation" not in found else {}
+    return length | ({"pressure": "pressure"} if shaped or "elongation" in found else {})
 
 
 def _others(headings: Sequence[Heading], taken: Collection[int]) -> list[Heading]:

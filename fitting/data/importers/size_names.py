@@ -65,7 +65,7 @@ _PARTS: dict[str, tuple[str, ...]] = {
     "total": ("total", "gesamt", "totales", "总", "総", "all"),
     "free": (
         "free", "freie", "frei", "libre", "unstretched", "unloaded", "relaxed", "ungespannte", "ungespannt",
-        "unbelastete", "自由", "자유", "свободная",
+        "ruhe", "unbelastete", "自由", "자유", "свободная",
     ),
     "gauge": ("gauge", "gage", "mess", "einspann", "utile", "grip"),
     "specimen": (
@@ -74,7 +74,7 @@ _PARTS: dict[str, tuple[str, ...]] = {
     ),
     "initial": (
         "initial", "initiale", "iniziale", "inicial", "anfangs", "original", "ursprüngliche", "undeformed",
-        "初始", "原始", "初期", "начальная",
+        "ausgangs", "初始", "原始", "初期", "начальная",
     ),
     "filler": (
         "of", "the", "der", "des", "du", "de", "la", "d'", "le", "l'", "nominal", "nominale", "measured",
@@ -159,7 +159,10 @@ _PHRASES: dict[str, tuple[str, ...]] = {
     "diameter_mm": ("cylinder diameter", "puck diameter", "outer diameter of the specimen", "d0"),
     "coil_diameter_mm": ("diamètre d'enroulement",),
     "active_coils": ("coil count", "windungszahl"),
-    "free_length_mm": ("rest length",),
+    "free_length_mm": (
+        "rest length", "resting length", "length at rest", "longueur au repos", "lunghezza a riposo",
+        "longitud en reposo",
+    ),
     "width_mm": ("gauge width", "b0", "w0"),
     "thickness_mm": ("depth", "a0", "t0"),
     "temperature_degC": (
@@ -251,6 +254,11 @@ def may_name_a_size(name: str) -> bool:
 def names_the_mean(text: str) -> bool:
     """True if the name before a number says that the size is the mean one: `D_mean = 1.15 mm`."""
     return any({"mean", "average"} & {*(_parts(word) or ())} for word in _words(re.split(r"[:=\d]", text)[0]))
+
+
+def names_the_first(text: str) -> bool:
+    """True if the name before a number says that the length is the first one: `Anfangslänge: 56 mm`."""
+    return "initial" in _roles(map(_parts, _words(re.split(r"[:=(\d]", text)[0])))
 
 
 def _ends_in_a_size(word: str) -> bool:

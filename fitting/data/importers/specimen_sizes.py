@@ -8,7 +8,7 @@ from ..recordings.sidecar import implausible_size
 from ..recordings.table import unusable
 from .making import Making
 from .rounding import shortest
-from .size_names import names_the_mean
+from .size_names import names_the_first, names_the_mean
 from .sizes import SAME, Size
 
 AREAS = (("area_mm2",), ("diameter_mm",), ("width_mm", "thickness_mm"))
@@ -17,7 +17,8 @@ AREAS = (("area_mm2",), ("diameter_mm",), ("width_mm", "thickness_mm"))
 ROUNDING = 1e-3
 """Maximum relative difference of one size that is stated twice, in two units for example."""
 _OF_THE_FILE = {
-    "gauge_length_mm": ("gauge_length_mm", "length"), "length_mm": ("length", "gauge_length_mm"),
+    "gauge_length_mm": ("gauge_length_mm", "length"),
+    "length_mm": ("length_mm", "free_length_mm", "length", "gauge_length_mm"),
     "free_length_mm": ("free_length_mm", "length"), "wire_diameter_mm": ("wire_diameter_mm", "diameter_mm"),
     "outer_diameter_mm": ("outer_diameter_mm", "diameter_mm"),
     "wall_thickness_mm": ("wall_thickness_mm", "thickness_mm"),
@@ -44,9 +45,9 @@ def gauge_length_mm(making: Making, quiet: bool = False) -> float | None:
     if stated is not None:
         making.use("--dimension", "gauge_length_mm")
         return stated
-    for key in ("gauge_length_mm", "length"):
+    for key in ("gauge_length_mm", "length", "free_length_mm"):
         if key in making.sizes:
-            _notice_dimension(making, key, "the gauge length", quiet)
+            _notice_dimension(making, key, "the gauge length", quiet, "gauge_length_mm")
             return making.sizes[key].value
     return None
 
@@ -155,6 +156,10 @@ def geometry_of_file(making: Making) -> dict[str, float]:
     if making.kind == "spring" and "mandrel_diameter_mm" not in making.options.dimensions:
         geometry |= _mandrel(making, {**geometry, **making.options.dimensions})
     known = {**geometry, **making.options.dimensions}
+    if making.kind == "tube" and "length_mm" not in known and (key := _at_rest(making)):
+        geometry["length_mm"] = making.sizes[key].value
+        known["length_mm"] = making.sizes[key].value
+        _notice_dimension(making, key, "the length at rest", quiet=False, named="length_mm")
     if making.kind == "tube" and "length" in making.sizes and "length_mm" not in known:
         size = making.sizes["length"]
         making.warn(
@@ -166,6 +171,32 @@ def geometry_of_file(making: Making) -> dict[str, float]:
     if making.kind == "tube" and "inner_diameter_mm" in making.sizes:
         geometry |= _by_bore(making, known)
     return geometry
+
+
+def length_at_rest_mm(making: Making) -> float | None:
+    """Length of a tube or an actuator at rest, stated by the user or by the file; None if unknown."""
+    stated = making.options.dimensions.get("length_mm")
+    keys = ("length_mm", _at_rest(making), "length")
+    of_file = [making.sizes[key].value for key in keys if key in making.sizes]
+    return stated if stated is not None else next(iter(of_file), None)
+
+
+def _at_rest(making: Making) -> str:
+    """Key of the size that the file names a tube's length at rest; empty without one."""
+    if making.kind != "tube":
+        return ""  # an actuator's springs have lengths of their own
+    if "free_length_mm" in making.sizes:
+        return "free_length_mm"
+    first = making.sizes.get("gauge_length_mm")
+    return "gauge_length_mm" if first is not None and names_the_first(first.said) else ""
+
+
+def repeats_an_option(key: str, size: Size, making: Making) -> bool:
+    """True if `--dimension` states the same number for a size of the file."""
+    return any(
+        key in _OF_THE_FILE.get(name, (name,)) and abs(stated - size.value) <= ROUNDING * abs(stated)
+        for name, stated in making.options.dimensions.items()
+    )
 
 
 def _by_bore(making: Making, known: Mapping[str, float]) -> dict[str, float]:
@@ -290,8 +321,15 @@ def _doubts(size: Size, unit: str, option: str, whose: str = "its") -> str:
     return said
 
 
-def _notice_dimension(making: Making, key: str, what: str, quiet: bool) -> None:
+def _notice_dimension(making: Making, key: str, what: str, quiet: bool, named: str = "") -> None:
     """Report a dimension that was read from the file, with a warning if its unit was assumed.
+
+    Args:
+        making: state of the import.
+        key: name of the size.
+        what: the size in words.
+        quiet: true to report nothing.
+        named: name in `--dimension`, where it is not that of the size.
 
     Raises:
         InputError: if no specimen has that size.
@@ -301,7 +339,7 @@ def _notice_dimension(making: Making, key: str, what: str, quiet: bool) -> None:
     amount = f"{size.value:.6g} {unit}".rstrip()
     verb = "are" if key == "active_coils" else "is"
     text = f"{what} {verb} {amount}, as the file states ({size.said!r})"
-    named = "gauge_length_mm" if key == "length" else key
+    named = named or ("gauge_length_mm" if key == "length" else key)
     option = f"--dimension {named}=..."
     if quiet:
         return
@@ -311,7 +349,7 @@ def _notice_dimension(making: Making, key: str, what: str, quiet: bool) -> None:
         )
     if doubts := _doubts(size, unit, option):
         making.warn(text + doubts)
-    elif key == "length":
+    elif key in ("length", "free_length_mm") and named == "gauge_length_mm":
         making.warn(f"{text}: right if that is the length between the grips ({option} to correct)")
     else:
         making.say(text)
