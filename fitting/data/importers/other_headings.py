@@ -21,7 +21,7 @@ _WORD = {
     "resistance": r"resistance|widerstand|résistance",
     "temperature": r"temperature|temp|temperatur|température",
     "current": r"current|strom|courant",
-    "pressure": r"pressure|(?:luft|innen|schlauch|kammer|mess|eingangs|ist)?druck|pression|p in",
+    "pressure": r"pressure|(?:luft|innen|schlauch|kammer|mess|eingangs|ist)?druck|pression",
     "length": (
         r"(?:schlauch|rohr|proben?|muskel|aktor|ist)?(?:länge|laenge)|length|longueur|longitud|lunghezza"
     ),
@@ -31,7 +31,7 @@ _WORD = {
 _LENGTHS = re.compile(r"länge|laenge|length|longueur|longitud|lunghezza|长度|長さ|길이|длина")
 """Words for a length that may be part of a longer one: `Schlauchlänge`, `管长度`."""
 _NOT_A_LENGTH = re.compile(
-    r"\b(?:rest|free|gauge|gage|wave|cable|arm|stroke|step|clamped|initiale?|iniziale|inicial|repos|riposo|"
+    r"\b(?:rest|free|gauge|gage|wave\w*|cable|arm|stroke|step|clamped|initiale?|iniziale|inicial|repos|riposo|"
     r"reposo|ruhe\w*|anfangs\w*|ausgangs\w*|mess\w*|einspann\w*|klemm\w*|kabel\w*|wellen\w*)\b|初始|原始"
 )
 """Words for a length that is no reading of a tube's: a size, a wave's, a cable's."""

@@ -280,7 +280,7 @@ def _lookup(name: str, heading: Heading, any_unit: bool = False) -> tuple[str, i
             quantity = _BY_UNIT.get((quantity, dimension(heading.unit)), quantity)
             stated = dimension(heading.unit)
             if written in _NEEDS_UNIT and stated not in _dimensions(written, quantity):
-                if not any_unit or written == "t" or (
+                if not any_unit or written in ("t", "p in") or (
                     _SYMBOL.fullmatch(written) and stated not in (None, *_OF_SENSORS)
                 ):
                     return None
