@@ -20,5 +20,13 @@ def refusal(path, **named):
 
 
 def checks(recording):
-    """Notices of a recording that ask the person to check something."""
-    return [note for note in recording.notices if note.startswith("check:")]
+    """Notices of a recording that ask the person to check something, but for sizes that nobody states.
+
+    Most tables of these tests state none; `assumes_sizes` tells of that question.
+    """
+    return [note for note in recording.notices if note.startswith("check:") and "no [geometry]" not in note]
+
+
+def assumes_sizes(recording):
+    """True if a recording asks the person for the sizes of its specimen, which nobody states."""
+    return any(note.startswith("check: the sidecar has no [geometry]") for note in recording.notices)

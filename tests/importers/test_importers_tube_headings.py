@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from answers import checks, refusal
+from answers import assumes_sizes, checks, refusal
 
 from fitting.data.importers import import_file, make_options
 
@@ -73,8 +73,9 @@ def test_unknown_headings_of_a_tube_are_advised_by_their_units(put, follow, head
     np.testing.assert_allclose(recording.columns["length_mm"], LENGTH)
 
 
-def test_lengths_beside_a_force_are_advised_as_an_elongation(put):
-    said = refusal(put("a.csv", "Kanal 1 (N);Kanal 2 (mm)\n" + "".join(f"{k};{k}\n" for k in range(12))))
+@pytest.mark.parametrize("unit", ["N", "MPa"])
+def test_lengths_beside_a_force_or_a_stress_are_advised_as_an_elongation(put, unit):
+    said = refusal(put("a.csv", f"Kanal 1 ({unit});Kanal 2 (mm)\n" + "".join(f"{k};{k}\n" for k in range(12))))
     assert "--map elongation='Kanal 2 (mm)'" in said and "--map length" not in said
 
 
@@ -124,6 +125,8 @@ def test_a_length_at_rest_of_a_coupon_is_taken_between_the_grips_with_a_question
 @pytest.mark.parametrize("kind", ["tube", "actuator", "spring"])
 def test_sizes_that_are_assumed_are_a_question(read, kind):
     rows = "".join(f"{k};{k};{56 + k};{k / 9};{k / 2};{3 + k / 99}\n" for k in range(12))
-    named = read(f"Time (s);Pressure (kPa);Length (mm);Force (N);Extension (mm);Resistance (ohm)\n{rows}", kind=kind)
-    (said,) = [text for text in checks(named) if "no [geometry]" in text]
-    assert "--dimension" in said
+    text = f"Time (s);Pressure (kPa);Length (mm);Force (N);Extension (mm);Resistance (ohm)\n{rows}"
+    named = read(text, kind=kind)
+    assert assumes_sizes(named)
+    stated = {"tube": "wall_thickness_mm=1", "actuator": "length_mm=120", "spring": "wire_diameter_mm=0.5"}[kind]
+    assert not assumes_sizes(read(text, kind=kind, dimensions=[stated]))

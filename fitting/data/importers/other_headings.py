@@ -32,13 +32,16 @@ _LENGTHS = re.compile(r"länge|laenge|length|longueur|longitud|lunghezza|长度|
 """Words for a length that may be part of a longer one: `Schlauchlänge`, `管长度`."""
 _NOT_A_LENGTH = re.compile(
     r"\b(?:rest|free|gauge|gage|wave\w*|cable|arm|stroke|step|clamped|initiale?|iniziale|inicial|repos|riposo|"
-    r"reposo|ruhe\w*|anfangs\w*|ausgangs\w*|mess\w*|einspann\w*|klemm\w*|kabel\w*|wellen\w*)\b|初始|原始"
+    r"reposo|ruhe\w*|anfangs\w*|ausgangs\w*|mess\w*|einspann\w*|klemm\w*|kabel\w*|wellen\w*|over|per|diameter|"
+    r"durchmesser|diamètre|diametro|diámetro)\b|/|初始|原始"
 )
 """Words for a length that is no reading of a tube's: a size, a wave's, a cable's."""
 _OF_THE_ROOM = re.compile(r"\bluftdruck\b|\bair pressure\b")
 """Words for a pressure that is as often that of the room."""
 _OF_A_STRAIGHT_PULL = frozenset({"force", "stress", "true_stress", "strain", "stretch", "true_strain"})
 """Quantities beside which a length is a size or a change of length, and a pressure may be a stress."""
+_OF_A_STRESS = ("MPa", "GPa")
+"""Units of a pressure in which a heading that says no more is rather a stress."""
 _SHAPES = frozenset({"length", "curvature", "bend_angle"})
 """Quantities that a pressure makes."""
 _NUMBERED = ("resistance_", "current_")
@@ -191,6 +194,8 @@ def advised(headings: Sequence[Heading], taken: Collection[int], found: Collecti
     means = _BY_DIMENSION | _of_a_tube(others, found)
     for heading in sorted(others, key=lambda heading: not _LENGTHS.search(heading.name)):
         quantity = means.get(str(dimension(heading.unit)))
+        if quantity == "pressure" and heading.unit in _OF_A_STRESS:
+            continue
         if quantity == "length" and _NOT_A_LENGTH.search(heading.name):
             continue
         if quantity and quantity not in found and not _NOT_MEASURED.search(heading.name):
@@ -206,7 +211,7 @@ def _of_a_tube(others: Sequence[Heading], found: Collection[str]) -> dict[str, s
         others: headings of the columns that were not recognised.
         found: quantities that were recognised.
     """
-    units = {dimension(heading.unit) for heading in others}
+    units = {dimension(heading.unit) for heading in others if heading.unit not in _OF_A_STRESS}
     if _OF_A_STRAIGHT_PULL & {*found} or {"force", "mass"} & units:
         return {}
     pressed = "pressure" in found or "pressure" in units
