@@ -17,7 +17,17 @@ from pneusma_jax.nitinol import Alloy
 from pneusma_jax.nitinol.resistivity import PhaseReading
 from pneusma_jax.pipeline import PLAIN, Pipeline
 
-from .actuator_phase import BLIND, UNSETTLED, Ended, finite, noise_of, replaced, settled_rounds
+from .actuator_phase import (
+    BLIND,
+    UNSETTLED,
+    Ended,
+    finite,
+    noise_of,
+    replaced,
+    settled_rounds,
+    wired_springs,
+    without_gains,
+)
 from .actuator_rows import body_of
 from .rows import Rows, numbers
 
@@ -78,13 +88,10 @@ def settled(recordings: list[Rows], evaluate: Callable[[list[Rows]], dict[str, n
         recordings: recordings with earlier fractions.
         evaluate: function from recordings to the model's drivers, by name, each of shape (recordings, rows).
     """
-    layout = recordings[0].extra["layout"]
-    wired = [(k, n) for k, n in enumerate(layout.spring_numbers) if f"resistance_{n}" in recordings[0].inputs]
+    wired = wired_springs(recordings[0])
     if not wired:
         return recordings
-    fixed = [
-        replaced(rows, gain=tuple(0.0 * np.asarray(g) for g in rows.extra["gain"])) for rows in recordings
-    ]
+    fixed = [without_gains(rows) for rows in recordings]
     return [_followed(end, wired) for end in settled_rounds(fixed, wired, evaluate)]
 
 

@@ -95,20 +95,25 @@ def decided(values: Mapping[str, float], recordings: Sequence[Rows]) -> list[Row
         recordings: recordings from `undecided` or from an earlier call.
     """
     values = as_arrays(values)
-    numbers_ = recordings[0].extra["layout"].spring_numbers
-    wired = [(k, n) for k, n in enumerate(numbers_) if f"resistance_{n}" in recordings[0].inputs]
+    wired = wired_springs(recordings[0])
     places = [k for k, _ in wired]
     found = [_with_start(rows, places) for rows in recordings]
     if not wired:
         return found
 
     def evaluate(fixed: list[Rows]) -> dict[str, np.ndarray]:
-        solved = jax.device_get(_solve(values, _without_gains(stack(fixed))))
+        solved = jax.device_get(_solve(values, without_gains(stack(fixed))))
         return {f"{name}_{n}": getattr(solved, name)[:, k] for k, n in wired for name in ("ohms", "xi0")}
 
     ends = settled_rounds(found, wired, evaluate)
     found = [replaced(end.rows, **{UNSETTLED: np.asarray(not end.ended)}) for end in ends]
     return _with_gains(values, found, places)
+
+
+def wired_springs(rows: Rows) -> list[tuple[int, int]]:
+    """Place and number of each spring with a resistance."""
+    numbered = enumerate(rows.extra["layout"].spring_numbers)
+    return [(k, n) for k, n in numbered if f"resistance_{n}" in rows.inputs]
 
 
 @dataclass(frozen=True)
@@ -191,10 +196,15 @@ def finite(slope: np.ndarray) -> np.ndarray:
     return np.nan_to_num(slope, posinf=0.0, neginf=0.0)
 
 
+def _nudge(xi0: np.ndarray) -> np.ndarray:
+    """Changes of fractions by `NUDGE` that stay within their range [1]."""
+    return np.where(xi0 > 0.5, -NUDGE, NUDGE)
+
+
 def _perturbed(rows: Rows, k: int) -> Rows:
     """The recording with the martensite fraction of spring k shifted by `NUDGE`."""
     xi0 = [np.asarray(x) for x in rows.extra["xi0"]]
-    xi0[k] = xi0[k] + np.where(xi0[k] > 0.5, -NUDGE, NUDGE)
+    xi0[k] = xi0[k] + _nudge(xi0[k])
     return replaced(rows, xi0=tuple(xi0))
 
 
@@ -246,11 +256,11 @@ def _slopes(
     values: Mapping[str, Array], stacked: Rows, base: Solved, k: int
 ) -> tuple[dict[str, np.ndarray], np.ndarray]:
     """Slopes of the outputs and of spring k's resistance over its fraction, shape (recordings, rows)."""
-    xi0 = stacked.extra["xi0"][k]
-    nudge = jnp.where(xi0 > 0.5, -NUDGE, NUDGE)
+    xi0 = np.asarray(stacked.extra["xi0"][k])
+    nudge = _nudge(xi0)
     perturbed = jax.device_get(_solve(values, _with_phase(stacked, k, xi0 + nudge)))
-    outputs = {name: (getattr(perturbed, name) - getattr(base, name)) / np.asarray(nudge) for name in OUTPUTS}
-    return outputs, (perturbed.ohms[:, k] - base.ohms[:, k]) / np.asarray(nudge)
+    outputs = {name: (getattr(perturbed, name) - getattr(base, name)) / nudge for name in OUTPUTS}
+    return outputs, (perturbed.ohms[:, k] - base.ohms[:, k]) / nudge
 
 
 OUTPUTS = ("curvature", "bend_angle", "length", "bend_direction")
@@ -315,7 +325,7 @@ def scatter(time: np.ndarray, readings: np.ndarray) -> float:
 
 def _with_gains(values: Mapping[str, Array], found: list[Rows], wired: Sequence[int]) -> list[Rows]:
     """Recordings with gains, resistances and weights at the final fractions."""
-    stacked = _without_gains(stack(found))
+    stacked = without_gains(stack(found))
     current = jax.device_get(_solve(values, stacked))
     variance = [
         {name: 1.0 / np.where(w > 0.0, w, np.inf) ** 2 for name, w in r.extra["clean"].items()} for r in found
@@ -377,9 +387,9 @@ def replaced(rows: Rows, **columns: tuple[np.ndarray, ...]) -> Rows:
     return eqx.tree_at(lambda r: r.extra, rows, {**rows.extra, **columns})
 
 
-def _without_gains(stacked: Rows) -> Rows:
-    """The same stack with fixed fractions, which follow no resistance."""
-    return replaced(stacked, gain=tuple(0.0 * gain for gain in stacked.extra["gain"]))
+def without_gains(rows: Rows) -> Rows:
+    """The same recording, or stack of them, with fixed fractions, which follow no resistance."""
+    return replaced(rows, gain=tuple(0.0 * np.asarray(gain) for gain in rows.extra["gain"]))
 
 
 def _with_phase(stacked: Rows, k: int, xi0: Array) -> Rows:

@@ -107,16 +107,21 @@ def test_rounds_do_not_go_to_and_fro_where_single_rows_have_a_steeper_slope_than
     np.testing.assert_allclose(found.extra["xi0"][1], fraction, atol=1e-3)
 
 
-def test_rounds_that_end_nowhere_keep_the_fractions_that_miss_least_and_say_so(through, monkeypatch):
-    """Three rounds are too few from a cold start. The last of four goes astray here."""
-    smoothed, rounds = actuator_phase._smoothed, []
+@pytest.fixture
+def rounds(monkeypatch):
+    """Four rounds, of which the last goes astray. Three are too few from a cold start."""
+    smoothed, found = actuator_phase._smoothed, []
 
     def astray(*arguments):
-        rounds.append(smoothed(*arguments))
-        return _with_fraction(rounds[-1], np.full(len(FRACTION), 0.9)) if len(rounds) == 4 else rounds[-1]
+        found.append(smoothed(*arguments))
+        return _with_fraction(found[-1], np.full(len(FRACTION), 0.9)) if len(found) == 4 else found[-1]
 
     monkeypatch.setattr(actuator_phase, "ROUNDS", 4)
     monkeypatch.setattr(actuator_phase, "_smoothed", astray)
+    return found
+
+
+def test_rounds_that_end_nowhere_keep_the_fractions_that_miss_least_and_say_so(through, rounds):
     (found,) = settled(through, _simple)
     assert found.extra[UNSETTLED]
     np.testing.assert_array_equal(found.extra["xi0"][1], rounds[2].extra["xi0"][1])
@@ -145,16 +150,8 @@ def without_effects(monkeypatch):
     monkeypatch.setattr(actuator_phase, "_solve", solve)
 
 
-def test_rounds_without_effects_say_too_that_they_end_nowhere(through, without_effects, monkeypatch):
+def test_rounds_without_effects_say_too_that_they_end_nowhere(through, without_effects, rounds):
     """They took the last round without a word."""
-    smoothed, rounds = actuator_phase._smoothed, []
-
-    def astray(*arguments):
-        rounds.append(smoothed(*arguments))
-        return _with_fraction(rounds[-1], np.full(len(FRACTION), 0.9)) if len(rounds) == 4 else rounds[-1]
-
-    monkeypatch.setattr(actuator_phase, "ROUNDS", 4)
-    monkeypatch.setattr(actuator_phase, "_smoothed", astray)
     (found,) = actuator_phase.decided({}, through)
     assert found.extra[UNSETTLED]
     np.testing.assert_array_equal(found.extra["xi0"][1], rounds[2].extra["xi0"][1])
