@@ -6,7 +6,7 @@ from dataclasses import replace
 from pneusma_jax.errors import InputError, counted
 
 from ..recordings.table import unusable
-from .names import name_of, slug
+from .names import first_few, name_of, slug
 from .options import Used
 from .parts import Sample
 from .row_ranges import RowChoice, RowRange, written
@@ -50,8 +50,9 @@ def refuse_several_named(choice: RowChoice, tests: Sequence[Sample]) -> None:
             names = [name_of(sample.raw.path, sample.title) for sample in meant]
             apart = len({*names}) == len(names)
             say = _example(names[0], ranges) if apart else "import these files one by one"
+            listed = first_few(names, MOST_NAMES)
             raise InputError(
-                f"--rows {name}={written(ranges)}: {len(names)} tests are called so ({_listed(names)}); {say}"
+                f"--rows {name}={written(ranges)}: {len(names)} tests are called so ({listed}); {say}"
             )
 
 
@@ -66,25 +67,22 @@ def refuse_unused_rows(choice: RowChoice, tests: Sequence[tuple[Sample, Used]]) 
         InputError: with the names of the tests.
     """
     names = [name_of(sample.raw.path, sample.title) for sample, _ in tests]
+    listed = first_few(names, MOST_NAMES)
     for name, ranges in choice.items():
         if any(("--rows", name) in used.names for _, used in tests):
             continue
         if not name:
             raise InputError(
-                f"--rows {written(ranges)}: {len(names)} tests are imported ({_listed(names)}); say of which,"
+                f"--rows {written(ranges)}: {len(names)} tests are imported ({listed}); say of which,"
                 f" {_example(names[0], ranges)}"
             )
         raise InputError(
-            f"--rows {name}={written(ranges)}: no test here is called so; there is {_listed(names)}"
+            f"--rows {name}={written(ranges)}: no test here is called so; there is {listed}"
         )
 
 
 def _example(name: str, ranges: Sequence[RowRange]) -> str:
     return f"e.g. --rows {name}={written(ranges)}"
-
-
-def _listed(names: Sequence[str]) -> str:
-    return ", ".join(names[:MOST_NAMES]) + (", ..." if len(names) > MOST_NAMES else "")
 
 
 def with_chosen_rows(sample: Sample, choice: RowChoice, names: Sequence[str]) -> Sample:

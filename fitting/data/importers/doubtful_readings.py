@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..recordings.other_units import TURN_DEG
 from .making import Channel, Making
 
 LONGEST = 5
@@ -28,10 +29,9 @@ STEPS = 5.0
 """Minimum change at a turned sign, in median changes from row to row."""
 HOUR_S = 3600.0
 """Leap of a clock at the begin of daylight saving [s]."""
-TURN_DEG = 360.0
-"""One turn, by which an angle leaps that is counted from 0 to 360 degrees or from -180 to 180 [deg]."""
 WRAPPED_DEG = 60.0
-"""Maximum distance of such a leap from one turn [deg]."""
+"""Maximum distance from one turn of the leap of an angle that is counted from 0 to 360 degrees, or from -180
+to 180 [deg]."""
 GOES_ON = 3.0
 """Maximum step that is left of such a leap without the turn, over the largest other one in its direction [1].
 The same of a drive that leaps, over the steps near it."""

@@ -6,6 +6,7 @@ from pathlib import Path
 from pneusma_jax.errors import counted
 
 from ..recordings.table import unusable
+from .names import first_few
 from .parts import samples_of
 from .raw import open_raw
 from .registry import FORMATS
@@ -74,8 +75,7 @@ def left_in_folders(sources: Iterable[str | Path]) -> list[str]:
             elif path.suffix.lower() not in RAW_ENDINGS:
                 kinds.setdefault(path.suffix.lower(), []).append(path)
         for ending, paths in kinds.items():
-            names = ", ".join(path.name for path in paths[:_LISTED])
-            names += ", ..." if len(paths) > _LISTED else ""
+            names = first_few((path.name for path in paths), _LISTED)
             lines.append(f"{folder}: {names} ({_reason(ending)})")
     return lines
 

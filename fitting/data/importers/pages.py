@@ -9,9 +9,12 @@ import numpy as np
 from pneusma_jax.errors import counted
 
 from .grid import Grid
+from .names import first_few
 from .sizes import sizes_in
 from .words import meaning
 
+MOST_STARTS = 6
+"""Number of tables of one test whose first rows a notice lists."""
 MOVED = 0.1
 """Minimum distance of a table's last reading from its first one, as part of the range."""
 MOST_STEPS = 3.0
@@ -170,7 +173,7 @@ def _notices(above: Grid, below: Grid) -> list[str]:
 
 
 def _said(grid: Grid, starts: Sequence[int]) -> Grid:
-    rows = ", ".join(map(str, starts[:6])) + (", ..." if len(starts) > 6 else "")
+    rows = first_few(starts, MOST_STARTS)
     said = (
         f"check: {counted(len(starts) + 1, 'table')} with the same headings were read as one test, because"
         f" its clock goes on from one to the next (row {rows})"

@@ -21,6 +21,7 @@ from .dates import (
 from .grid import Grid
 from .grouped import doubt_groups, say_grouped
 from .marks import drop_marks
+from .names import first_few
 from .numerals import like_a_number
 from .spelling import Heading, dimension, unit_name
 from .words import meaning
@@ -199,9 +200,8 @@ def _may_be_missed(grid: Grid, column: int, texts: list[tuple[int, str]]) -> boo
 
 def _examples(texts: list[tuple[int, str]]) -> str:
     """The first texts of a column that differ, a few of them."""
-    different = list(dict.fromkeys(text for _, text in texts))
-    shown = ", ".join(repr(text[:20]) for text in different[:MOST_EXAMPLES])
-    return shown + (", ..." if len(different) > MOST_EXAMPLES else "")
+    different = dict.fromkeys(text for _, text in texts)
+    return first_few((repr(text[:20]) for text in different), MOST_EXAMPLES)
 
 
 def _listed(texts: list[tuple[int, str]]) -> str:
