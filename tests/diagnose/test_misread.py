@@ -152,6 +152,18 @@ def test_a_wires_stress_that_drives_it_is_asked_about_though_its_transformation_
     assert any(one.factor == pytest.approx(0.1) for one in (found, *found.alike))
 
 
+def told(monkeypatch, column, slips):
+    """Factors that are told, the best first, of slips of a column by what they leave."""
+    monkeypatch.setattr(misread, "_errors", lambda *_: np.array([5.0]))
+    monkeypatch.setattr(misread, "_promising", lambda *_: [(1.0, (column, factor, None)) for factor in slips])
+    monkeypatch.setattr(
+        misread, "_refitted",
+        lambda program, errors, column, factor, *_: Misread(column, factor, (), 1.0, 0.01, slips[factor]),
+    )  # fmt: skip
+    found = misread_in(SimpleNamespace(), SimpleNamespace(evaluation=None), None)
+    return [found.factor, *(one.factor for one in found.alike)]
+
+
 @pytest.mark.parametrize(
     ("slips", "order"),
     [
@@ -162,14 +174,7 @@ def test_a_wires_stress_that_drives_it_is_asked_about_though_its_transformation_
 )
 def test_the_slip_that_explains_most_comes_first_and_of_equal_ones_that_between_units(monkeypatch, slips, order):
     """A third of the readings is no unit. A ratio of units came before a sign that explained 20 % more."""
-    monkeypatch.setattr(misread, "_errors", lambda *_: np.array([5.0]))
-    monkeypatch.setattr(misread, "_promising", lambda *_: [(1.0, ("pressure_kPa", factor, None)) for factor in slips])
-    monkeypatch.setattr(
-        misread, "_refitted",
-        lambda program, errors, column, factor, *_: Misread(column, factor, (), 1.0, 0.01, slips[factor]),
-    )  # fmt: skip
-    found = misread_in(SimpleNamespace(), SimpleNamespace(evaluation=None), None)
-    assert [found.factor, *(one.factor for one in found.alike)] == order
+    assert told(monkeypatch, "pressure_kPa", slips) == order
 
 
 def test_a_slip_in_one_recording_names_it(asked):
@@ -276,14 +281,7 @@ def test_powers_of_ten_are_tried_exactly_beside_a_ratio_near_them(column, ratio)
 )
 def test_factors_that_are_nearly_equal_count_once_and_the_best_is_told(monkeypatch, slips, order):
     """The nominal model does not tell 9.81 from 10, so both are refitted. Of equals the power of ten is told."""
-    monkeypatch.setattr(misread, "_errors", lambda *_: np.array([5.0]))
-    monkeypatch.setattr(misread, "_promising", lambda *_: [(1.0, ("force_N", factor, None)) for factor in slips])
-    monkeypatch.setattr(
-        misread, "_refitted",
-        lambda program, errors, column, factor, *_: Misread(column, factor, (), 1.0, 0.01, slips[factor]),
-    )  # fmt: skip
-    found = misread_in(SimpleNamespace(), SimpleNamespace(evaluation=None), None)
-    assert [found.factor, *(one.factor for one in found.alike)] == order
+    assert told(monkeypatch, "force_N", slips) == order
 
 
 def test_a_scaled_recording_scales_what_is_stated_of_it():
