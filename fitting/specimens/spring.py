@@ -42,7 +42,7 @@ from .spring_by_temperature import BY_TEMPERATURE, without_resistance
 from .spring_course import best_course, lasting_precision
 from .spring_rows import ALLOY, FIXED, HELD_LENGTH_RANGE, OUTPUTS, dimension_numbers, spring_of
 from .spring_trajectory import undecided
-from .steady_fraction import steady_along, steady_fractions
+from .steady_fraction import changes_beyond_range, steady_along, steady_fractions
 
 LEAST_NOISE = 1e-10
 """Minimum process-noise variance of a fraction in the middle of the transformation, per second."""
@@ -91,8 +91,11 @@ def prepared(values: Mapping[str, Array], stacked: Rows, channels: list[list[Cha
     plain = undecided(eqx.tree_at(lambda rows: rows.extra, stacked, own))  # so that one program serves all
     found = _with(plain, **_noise_of(channels, stacked.mask.shape))
     known = {name: jnp.asarray(value, float) for name, value in values.items()}
-    courses = steady_fractions(known, plain, {name: lasting_precision(found, name) for name in OUTPUTS})
-    noise, nothing = jax.vmap(_process_noise)(plain.time, courses, plain.mask), jnp.zeros(len(stacked.mask))
+    precision = {name: lasting_precision(found, name) for name in OUTPUTS}
+    courses = steady_fractions(known, plain, precision)
+    beyond = changes_beyond_range(known, plain, precision["resistance"])
+    noise = jax.vmap(_process_noise)(plain.time, courses, plain.mask) + jax.vmap(_free)(plain.time, beyond)
+    nothing = jnp.zeros(len(stacked.mask))
     searched = {
         BEGUN: stacked.extra.get(BEGUN, courses),
         MARGIN: stacked.extra.get(MARGIN, nothing),
@@ -193,6 +196,17 @@ def _process_noise(time: Array, course: Array, there: Array) -> Float[Array, " r
     usual = jnp.nanmedian(jnp.where(there[1:], squares, jnp.nan)) / MEDIAN_OF_SQUARES
     variance = jnp.maximum(jnp.maximum(squares, jnp.where(jnp.isfinite(usual), usual, 0.0)), LEAST_NOISE)
     return FACTOR * jnp.concatenate([variance[:1] * mobility[:1], variance * mobility])
+
+
+def _free(time: Array, changes: Array) -> Float[Array, " rows"]:
+    """Process-noise variance per second that allows these changes of a fraction from row to row.
+
+    Args:
+        time: [s], shape (rows,).
+        changes: change from the row before [1], shape (rows,).
+    """
+    steps = jnp.diff(time, prepend=time[:1])
+    return jnp.where(steps > 0.0, FACTOR * changes**2 / jnp.where(steps > 0.0, steps, 1.0), 0.0)
 
 
 def _followed(rows: Rows, course: np.ndarray) -> Rows:

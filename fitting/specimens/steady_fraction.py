@@ -35,6 +35,9 @@ ROUNDS = 4
 """Number of linearisations of the resistance, and then of resistance and force."""
 LONGEST = 2.0
 """Maximum difference of a reading from the temperature that it is linearised about, in widths."""
+BEYOND = 5.0
+"""Standard deviations by which a resistance is beyond every fraction's, for more than noise; see
+`changes_beyond_range`. Of white noise one reading in two million is as far."""
 TOLD = 1e-9
 """Minimum slope of the resistance over the fraction that a reading tells something by, relative to the wire's
 resistance."""
@@ -116,6 +119,46 @@ def _force(law: Law, cold: Array, rows: Rows, precision: Array) -> _Seen:
 
 
 steady_fractions = cached_program(_of_tests, "steady fractions that resistances imply")
+
+
+def _beyond(
+    values: Mapping[str, Array], stacked: Rows, precision: Float[Array, "recordings rows"]
+) -> Float[Array, "recordings rows"]:
+    """Changes of the fraction from row to row [1] by which resistances change beyond those of every fraction.
+
+    They are zero in recordings whose resistances a wire of this alloy can have, within noise. Leads add a
+    resistance, for example. A fraction at its limit says nothing then of how it changes, but the resistance
+    still does. A steady course of what exceeds the range counts by the slope of a cold wire's resistance, and
+    of what falls short of it by the contrast of the phases.
+
+    Args:
+        values: base constants by name, SI.
+        stacked: stack of recordings of kind spring, without decisions.
+        precision: inverse variance of every measured resistance, zero where there is none.
+    """
+
+    def one(rows: Rows, precision: Array) -> Array:
+        parameters = numbers(values, rows)
+        law = Law.of(spring_of(parameters), parameters["prestrain"], rows.inputs["elongation"], None)
+        wire, whole = law.spring.geometry.wire_length, jnp.ones_like(precision)
+        of = lambda xi0: law.strained.resistivity(xi0) * wire  # noqa: E731
+        cold, slope = jax.jvp(of, (whole,), (whole,))
+        hot = of(0.0 * whole)
+        contrast, measured = cold - hot, rows.measured["resistance"]
+        told = (jnp.abs(contrast) > TOLD * cold) & (contrast * slope > 0.0) & (precision > 0.0)
+        contrast, slope = jnp.where(told, contrast, 1.0), jnp.where(told, slope, 1.0)
+        over, under = (measured - cold) / slope, (measured - hot) / contrast
+        out = told & ((over > 0.0) | (under < 0.0))
+        ohms = jnp.where(out, jnp.where(over > 0.0, measured - cold, measured - hot), 0.0)
+        out &= jnp.abs(ohms) * jnp.sqrt(jnp.where(told, precision, 0.0)) > BEYOND
+        read = steady_course(rows.time, jnp.where(out, ohms, 0.0), jnp.where(told, precision, 0.0), 1.0)
+        change = jnp.diff(read, prepend=read[:1]) / jnp.where(over > 0.0, slope, contrast)
+        return jnp.where(jnp.any(out), change, 0.0)  # rows without a reading lie on the course, too
+
+    return jax.vmap(one)(stacked, precision)
+
+
+changes_beyond_range = cached_program(_beyond, "changes of resistances beyond the range of a wire's")
 
 
 def steady_near(
