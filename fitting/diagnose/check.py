@@ -226,11 +226,13 @@ def _contradiction(a: Recording, b: Recording) -> str | None:
                 if own
                 else f"of specimens {a.specimen!r} and {b.specimen!r}, more than tolerances allow"
             )
-            return (
+            said = (
                 f"{a.name} and {b.name} contradict each other: {column} differs by up to "
-                f"{_in_unit(most, unit):.3g} {unit}{times} under the same input; {whose}. No one model "
-                "explains both"
+                f"{_in_unit(most, unit):.3g} {unit}{times} under the same input; {whose}. "
             )
+            if any(name.startswith("resistance") for name in drivers_in(a)):
+                return f"{said}Or one was hotter: near full heat a resistance hardly tells how hot a wire is"
+            return f"{said}No one model explains both"
     return None
 
 

@@ -161,6 +161,21 @@ def test_specimens_that_were_mixed_are_told_from_each_other(mixed, tmp_path):
     assert report["asked"][0]["testable"] and "mullins_softening was" in run.stdout
 
 
+def test_two_hot_springs_of_one_resistance_need_not_contradict_each_other(tmp_path):
+    """From 0.3 to 0.05 of martensite a resistance changes by less than its noise, and the force by a quarter."""
+    sides = 'kind = "spring"\nspecimen = "S"\nreal = false\n[noise]\nforce_N = 0.004\nresistance_ohm = 0.0002\n'
+    pull = np.concatenate([np.linspace(0.0, 40.0, 60), np.linspace(40.0, 5.0, 50)])
+    for name, stiffness in (("warm", 0.03), ("hot", 0.04)):
+        table = np.stack([np.arange(110.0), pull, stiffness * pull, 3.25 + 2e-3 * pull], axis=1)
+        header = "time_s,elongation_mm,force_N,resistance_ohm"
+        np.savetxt(tmp_path / f"{name}.csv", table, delimiter=",", header=header, comments="", fmt="%.6g")
+        (tmp_path / f"{name}.toml").write_text(sides)
+    (said,) = checked(read_campaign(tmp_path))
+    assert "hot and warm contradict each other: force_N differs by up to 0.4 N" in said
+    assert said.endswith("Or one was hotter: near full heat a resistance hardly tells how hot a wire is")
+    assert "No one model" not in said
+
+
 def test_repeats_and_other_courses_are_no_contradiction(soft_campaign):
     campaign = read_campaign(soft_campaign)
     again = next(r for r in read_campaign(soft_campaign).recordings if r.name == "pull_2")
