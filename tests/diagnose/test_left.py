@@ -1,6 +1,7 @@
 """What names clearly leave: how much and in which regime is the first sentence, and then no name is to be trusted."""
 
 import dataclasses
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -8,11 +9,12 @@ from linear_world import CONSTANT, DELAY, World, fast, smooth, tubes
 
 from fitting.diagnose.fit.base_fit import base_fit
 from fitting.diagnose.search.explain import explain
+from fitting.diagnose.settings import DEFAULT
 from fitting.diagnose.verdict.conclude import conclude
 from fitting.diagnose.verdict.conclusion import WithoutTurns
 from fitting.diagnose.verdict.left import Left, left_of
 from fitting.diagnose.verdict.regime import regime_of
-from fitting.diagnose.verdict.text import verdict_sentences
+from fitting.diagnose.verdict.text import unexplained, verdict_sentences
 from fitting.report.diagnosis.payload import content
 
 
@@ -95,6 +97,54 @@ def test_a_small_imperfection_of_a_right_form_leaves_its_name_trusted():
     truth = World(world.base, world.effects | {CONSTANT: wrong})
     conclusion = conclude(explain(world.program(truth.truth(rng, **{CONSTANT: 4.0})), np.random.default_rng(1)))
     assert conclusion.found[0].slug == CONSTANT and conclusion.left is None
+
+
+@pytest.mark.parametrize(("off", "first"), [(0.15, CONSTANT), (0.4, "unmodelled")])
+def test_a_small_share_of_a_large_misfit_speaks_against_no_name_however_little_the_noise_is(off, first):
+    """A form that is off by 15 % leaves some 2 % of the misfit: many noise variances of an accurate instrument."""
+    rng = np.random.default_rng(6)
+    world = tubes()
+    strong = 4.0 * world.effects[CONSTANT]
+    wrong = strong + off * 4.0 * smooth(rng, *strong.shape)
+    truth = World(world.base, world.effects | {CONSTANT: wrong})
+    program = World(world.base, world.effects | {CONSTANT: strong}).program(truth.truth(rng, **{CONSTANT: 4.0}))
+    conclusion = conclude(explain(program, np.random.default_rng(1)))
+    left = conclusion.left
+    assert left.reduced_chi2 - left.noise > DEFAULT.excess.clear
+    assert (left.kept <= DEFAULT.share.small) is left.trusted is (first == CONSTANT)
+    assert conclusion.found[0].slug == first and 0.25 <= conclusion.unknown
+    said = verdict_sentences(conclusion)[0]
+    assert "a reduced chi-square of" in said and ("no name is to be trusted" in said) is (first == "unmodelled")
+
+
+@pytest.mark.parametrize(("names", "said"), [
+    ((CONSTANT,), f"With {CONSTANT}, which is doubtful, and a smooth function of pressure"),
+    ((CONSTANT, DELAY), f"With {CONSTANT} and {DELAY}, which are doubtful, and a smooth function of pressure"),
+])  # fmt: skip
+def test_doubtful_names_are_listed_in_one_clause(monkeypatch, names, said):
+    """Each had a clause with commas of its own, and two commas stood side by side."""
+    rng = np.random.default_rng(3)
+    world = tubes(effects=(CONSTANT, DELAY), rows=120)
+    y = world.truth(rng, **{CONSTANT: 4.0}) + 6.0 * np.sin(0.6 * np.arange(120))
+    conclusion = conclude(explain(world.program(y), np.random.default_rng(1)))
+    own, *_ = conclusion.found
+    doubtful = [dataclasses.replace(own, slug=name, probability=0.3) for name in names]
+    told = dataclasses.replace(
+        conclusion, found=[own, *doubtful], remainder=SimpleNamespace(driver="pressure", quantity="length")
+    )
+    assert own.slug == "unmodelled" and any(sentence.startswith(said) for sentence in verdict_sentences(told))
+
+
+def test_something_unknown_that_is_likelier_than_a_trusted_name_is_not_said_to_be_left_without_it():
+    """The misfit that is told is that with the name."""
+    left = Left(8.0, 1.0, False, (CONSTANT,), None, kept=0.02)
+    told = SimpleNamespace(left=left, explanation=SimpleNamespace(misread=None), remainder=None)
+    assert left.trusted and unexplained(told, "the base model") == (
+        "The recordings contradict the base model, and something unknown is likelier than any name: "
+        f"with {CONSTANT}, {left.text}."
+    )
+    told.left, told.remainder = dataclasses.replace(left, names=()), SimpleNamespace(driver="max_strain")
+    assert unexplained(told, "the base model").endswith(f"explains them: with a smooth function of max strain, {left.text}.")
 
 
 def test_much_of_a_noise_that_nobody_states_is_said_and_speaks_against_no_name():

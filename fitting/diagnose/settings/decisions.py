@@ -87,7 +87,8 @@ class Excess:
         basis="39 opened campaigns: no conclusion depends on 0.2, 0.3 or 0.4",
     )  # fmt: skip
     clear: float = threshold(
-        2.0, "Maximum excess for names to be trusted, or for a misfit that shows in one of two ways only.",
+        2.0, "Maximum excess for names to be trusted whatever share they leave, or for a misfit that shows "
+        "in one of two ways only.",
         basis="field: names that left a reduced chi-square of 3 to 233 were imperfect or wrong",
     )  # fmt: skip
 

@@ -84,7 +84,7 @@ def assess(explanation: Explanation) -> Assessment:
     mismatch = named or (contradiction and not accurate(program, explanation.base))
     further = best_discrepancy(program, explanation.final) if named else None
     signs = signs_of(explanation, discrepancy, further, base, last, floors) if named else None
-    over = left_of(program, explanation.final) if named else None
+    over = left_of(program, explanation.final, base=explanation.base) if named else None
     unknown, lost, beyond, mimicked = 0.0, 0.0, False, ()
     if signs is not None:
         helpless = signs.kept >= 1.0 and any(left > limit for left, limit in zip(last, limits, strict=True))
@@ -98,7 +98,7 @@ def assess(explanation: Explanation) -> Assessment:
         by_noise = chance_of_misfit(program, without_drift(base[0], discrepancy))
         chance = max(explanation.p_value, by_noise), False
     rest = beside(program, explanation.final) if beyond or (named and last[0] > limits[0]) else None
-    left = over if rest is None else left_of(program, explanation.final, rest)
+    left = over if rest is None else left_of(program, explanation.final, rest, base=explanation.base)
     if explanation.misread is not None or (left is not None and not left.trusted):
         unknown = max(unknown, PROBABILITY.tentative)
     return Assessment(

@@ -80,7 +80,7 @@ def conclude(explanation: Explanation) -> Conclusion:
             found.append(_lookalike(judged.mimicked))
     names = any(f.slug != UNMODELLED for f in found)
     shown = explanation.final if names else explanation.base
-    left = left_of(program, shown, rest, after.reduced_chi2) if mismatch else None
+    left = left_of(program, shown, rest, after.reduced_chi2, explanation.base) if mismatch else None
     return Conclusion(
         explanation,
         mismatch,

@@ -1,4 +1,8 @@
-"""Misfit that a model leaves beyond noise, and its rows. If it is large, no name is to be trusted."""
+"""Misfit that a model leaves beyond noise, and its rows. If it is large, no name is to be trusted.
+
+Large is more than `excess.clear`, and more than a small share of the base model's misfit. A form that is
+right to a few percent leaves a small share, which is many noise variances where the misfit is large.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -11,11 +15,13 @@ from ..evaluate.program import Program
 from ..fit.misfit import floor, scored
 from ..fit.prediction import predictive_chi_square, with_shown
 from ..fit.refit import Fit
+from ..search.decision import kept_of
 from ..settings import DEFAULT
 from .discrepancy import Discrepancy
 from .regime import Regime, regime_of
 
 EXCESS = DEFAULT.excess
+SHARE = DEFAULT.share
 
 
 @dataclass(frozen=True)
@@ -31,6 +37,7 @@ class Left:
         explained: predictive reduced chi-square, where the uncertainty of fitted numbers explains the misfit:
             `reduced_chi2` is then not predictive. None where it does not.
         stated: true if the size of the noise is stated. Otherwise it is a guess, and often too small.
+        kept: share of the base model's misfit that the effects alone leave, see `kept_of`; 1 for none.
     """
 
     reduced_chi2: float
@@ -40,6 +47,7 @@ class Left:
     regime: Regime | None
     explained: float | None = None
     stated: bool = True
+    kept: float = 1.0
 
     @property
     def open(self) -> bool:
@@ -50,9 +58,11 @@ class Left:
     def trusted(self) -> bool:
         """True if it is so little that the form of a right effect, or an open number, may have left it.
 
-        Much of an unstated noise may be little of the true one.
+        That is a little of the noise, or a small share of what the effects explain. Much of an unstated noise
+        may be little of the true one.
         """
-        return self.open or not self.stated or self.reduced_chi2 - self.noise <= EXCESS.clear
+        little = self.reduced_chi2 - self.noise <= EXCESS.clear or self.kept <= SHARE.small
+        return self.open or not self.stated or little
 
     @property
     def text(self) -> str:
@@ -73,7 +83,11 @@ class Left:
 
 
 def left_of(
-    program: Program, fit: Fit, rest: Discrepancy | None = None, score: float | None = None
+    program: Program,
+    fit: Fit,
+    rest: Discrepancy | None = None,
+    score: float | None = None,
+    base: Fit | None = None,
 ) -> Left | None:
     """Misfit that a model leaves, with a saved discrepancy beside it; None if that is about noise.
 
@@ -82,6 +96,7 @@ def left_of(
         fit: model.
         rest: saved discrepancy.
         score: reduced chi-square of values that were not fitted, by predictions without their uncertainty.
+        base: the base model, to tell which share of its misfit the effects leave; None to count all of it.
     """
     shown = None if rest is None else rest.shown
     seen = with_shown(fit, shown)
@@ -97,4 +112,7 @@ def left_of(
         return Left(float(score), float(noise), True, fit.slugs, None, explained=float(square))
     held_out = bool(not np.any(mask & program.fitted))
     regime = regime_of(program, seen, mask)
-    return Left(float(square), float(noise), held_out, fit.slugs, regime, stated=program.noise_stated)
+    kept = 1.0 if base is None or not fit.slugs else kept_of(program, base, fit)
+    return Left(
+        float(square), float(noise), held_out, fit.slugs, regime, stated=program.noise_stated, kept=kept
+    )

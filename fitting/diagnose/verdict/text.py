@@ -93,7 +93,7 @@ def _verdict(conclusion: Conclusion) -> list[str]:
     names = [f.slug for f in conclusion.found if f not in over]
     if names and names[0] == "unmodelled":
         whole = base_named(conclusion)
-        lead = _unexplained(conclusion, whole)
+        lead = unexplained(conclusion, whole)
         rival = conclusion.discrepancy
         if (
             conclusion.unknown <= PROBABILITY.tentative
@@ -113,7 +113,8 @@ def _verdict(conclusion: Conclusion) -> list[str]:
     it = "it" if len(names) == 1 else "them"
     with_it, allowed = f"With {it}", ""
     if names[0] == "unmodelled":
-        terms = [f"{name}, which is doubtful," for name in names[1:]]
+        is_it = "is" if len(names) == 2 else "are"
+        terms = [f"{joined(names[1:])}, which {is_it} doubtful,"] if names[1:] else []
         if smooth:
             terms.append(f"{smooth}, which names no cause,")
         if not terms:
@@ -125,7 +126,8 @@ def _verdict(conclusion: Conclusion) -> list[str]:
                 *_in_units(conclusion),
                 _by_chance(chance),
             ]
-        it, with_it = "it" if len(terms) == 1 else "them", f"With {joined(terms)}"
+        one = len(names[1:]) + bool(smooth) == 1
+        it, with_it = "it" if one else "them", f"With {' and '.join(terms)}"
     elif went(base.reduced_chi2, after.reduced_chi2).startswith("rises"):
         allowed = _excuse(conclusion)
     if smooth and names[0] != "unmodelled":
@@ -238,16 +240,19 @@ def _sized(value: float, unit: str) -> str:
     return amount(number(value), unit)
 
 
-def _unexplained(conclusion: Conclusion, whole: str) -> str:
+def unexplained(conclusion: Conclusion, whole: str) -> str:
     """The first sentence where nothing that has a name explains the recordings."""
     left, what = conclusion.left, "no effect that is known here explains them"
-    misread = conclusion.explanation.misread
+    misread, rest = conclusion.explanation.misread, conclusion.remainder
     if misread is not None:
         return f"{misread.text} Until that is known, trust no name."
-    if left is not None and left.names and not left.trusted:
-        what = f"no name is to be trusted: with {joined(left.names)}, {left.text}"
-    elif left is not None:
-        what += f": {left.text}"
+    if left is None:
+        return f"The recordings contradict {whole}, and {what}."
+    smooth = [] if rest is None or left.open else [f"a smooth function of {rest.driver.replace('_', ' ')}"]
+    if left.names and not left.open:
+        what = "something unknown is likelier than any name" if left.trusted else "no name is to be trusted"
+    beside = [*(left.names if not left.open else ()), *smooth]
+    what += f": with {joined(beside)}, {left.text}" if beside else f": {left.text}"
     return f"The recordings contradict {whole}, and {what}."
 
 
