@@ -6,7 +6,7 @@ from pneusma_jax.errors import counted
 
 from ..recordings import schema
 from ..recordings.table import unusable
-from ..slack import Slack, find_slack, noise_of_steps, reading_at_zero
+from ..slack import Rest, Slack, find_slack, noise_of_steps, reading_at_rest
 from .making import Making
 
 TWICE, LEAST_ZERO = 2.0, 0.01
@@ -69,13 +69,13 @@ def leave_to_fit(columns: dict[str, np.ndarray], pair: tuple[str, str], making: 
     drive, force = (columns[name] for name in pair)
     slack = slack_of(drive, force, making)
     finite = np.isfinite(drive) & np.isfinite(force)
-    first = reading_at_zero(drive[finite], force[finite]) if finite.any() else 0.0
-    estimates = (slack.start, slack.zero) if slack else (0.0, first)
+    rest = reading_at_rest(drive[finite], force[finite]) if finite.any() else Rest(0.0)
+    estimates = (slack.start, slack.zero) if slack else (0.0, rest.reading)
     for name, values, size in zip(pair, (drive, force), estimates, strict=True):
         least = LEAST_ZERO * float(np.nanmax(np.abs(values)))
         making.zero[name] = float(f"{max(TWICE * abs(size), least):.2g}")
     stated = ", ".join(f"{name} = {sd:g}" for name, sd in making.zero.items())
-    none = f"no slack was found; stress is {first:.4g} kPa at strain 0"
+    none = f"no slack was found; stress is {rest.reading:.4g} kPa at strain {rest.at:.4g}"
     text = _text(slack, pair, making) if slack else none
     making.say(f"{text}: both zeros are left to every fit, with standard deviations of [zero] {stated}")
 

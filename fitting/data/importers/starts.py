@@ -4,7 +4,7 @@ import numpy as np
 
 from pneusma_jax.errors import counted
 
-from ..slack import noise_of_steps, reading_at_zero
+from ..slack import noise_of_steps, reading_at_rest
 from .making import Making
 
 AT_START = 0.05
@@ -78,7 +78,8 @@ def _crosses(x: np.ndarray, y: np.ndarray, pair: tuple[str, str], making: Making
 
 def _notice_rest(x: np.ndarray, y: np.ndarray, pair: tuple[str, str], making: Making) -> None:
     """Report a stress or force where there is no strain or elongation."""
-    rest = reading_at_zero(x, y)
+    found = reading_at_rest(x, y)
+    rest = found.reading
     least = max(PRELOAD * float(np.ptp(y)), NOISES * noise_of_steps(y))
     if abs(x[0]) > AT_START * float(np.ptp(x)) or abs(rest) <= least:
         return
@@ -86,6 +87,6 @@ def _notice_rest(x: np.ndarray, y: np.ndarray, pair: tuple[str, str], making: Ma
     drive = pair[0].removesuffix("_mm")
     own = " the initial tension of a close-wound spring," if making.kind == "spring" else ""
     making.warn(
-        f"{answer} is {rest:.4g} {unit} at {drive} 0: a preload,{own} or the load cell's zero. If it is"
-        f" the zero: --subtract {pair[1]}={rest:.4g}"
+        f"{answer} is {rest:.4g} {unit} at {drive} {found.at:.4g}: a preload,{own} or the load cell's zero."
+        f" If it is the zero: --subtract {pair[1]}={rest:.4g}"
     )
