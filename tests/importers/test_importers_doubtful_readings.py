@@ -104,6 +104,22 @@ def test_a_stress_that_vanishes_while_the_pull_goes_on_is_asked_about(put, rows)
     assert f"If it did: --rows 1:{int(re.search('in row ([0-9]+) to', note)[1])}" in note
 
 
+@pytest.mark.parametrize("coarse", [False, True])
+def test_a_break_is_seen_under_a_load_cell_that_reads_something_at_rest_and_a_coarse_position(put, coarse):
+    """The reading after the break is that before the pull. Most rows of a coarse position repeat the last."""
+    offset = 0.1 * RUBBER.max()
+    broken = np.append(RUBBER[:100], 0.05 * RUBBER[100:]) + offset
+    strain = np.floor(PULLED * 10.0) / 10.0 if coarse else PULLED
+    (note,) = pull(put, strain, broken)
+    assert "in row 101 to" in note and note.endswith("--rows 1:101")
+
+
+def test_a_frame_that_springs_back_as_the_specimen_breaks_is_asked_about(put):
+    strain = np.append(PULLED[:100], PULLED[100:] + 0.12)
+    (note,) = pull(put, strain, np.append(RUBBER[:100], 0.0 * RUBBER[100:] - 2.0))
+    assert note.endswith("--rows 1:101")
+
+
 def test_neither_an_unloading_nor_a_spike_nor_a_whole_pull_is_a_break(put):
     back = np.concatenate([PULLED, PULLED[::-6]])
     assert not pull(put, back, np.concatenate([RUBBER, 0.9 * RUBBER[::-6]]))

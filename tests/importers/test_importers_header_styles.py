@@ -205,7 +205,7 @@ def test_columns_that_a_list_names_by_number(put, name, first):
 
 def test_a_list_of_other_columns_names_none(put):
     listed = "Sig1\tTime (s)\nSig2\tTemperature (°C)\nSig3\tStrain (%)\n"
-    assert "without headings, numbers 1 to 4" in refusal(put("a.txt", listed + "StartOfData\n" + rows(wire, "\t")))
+    assert "without headings right above them, numbers 1 to 4" in refusal(put("a.txt", listed + "StartOfData\n" + rows(wire, "\t")))
 
 
 def test_two_blocks_have_sizes_of_their_own(put):

@@ -251,7 +251,7 @@ def test_a_clock_and_a_load_are_no_stretch_and_stress(put, first):
     rows = [(first + 0.5 * i, 0.01 * i) for i in range(60)]
     path = put("log.csv", "\n".join(f"{a},{b}" for a, b in rows))
     message = refusal(path)
-    assert "without headings, numbers 1 to 2" in message
+    assert "without headings right above them, numbers 1 to 2" in message
     named = make_options(columns=["stretch=1", "stress=2"], units=["stress=MPa"], kind="elastomer")
     assert import_file(path, named).kind == "elastomer"
 

@@ -172,6 +172,11 @@ def mapped_channels(sample: Sample, options: Options) -> dict[str, Channel]:
     return found
 
 
+def has_column(grid: Grid, wanted: str) -> bool:
+    """True if a table has the column that `--map` names, by heading or number."""
+    return _column(grid, wanted) is not None
+
+
 def _column(grid: Grid, wanted: str) -> int | None:
     for match in (
         lambda heading: heading.text == wanted,
@@ -225,7 +230,12 @@ def say_other_units(making: Making, grid: Grid) -> None:
                 f" one that is {zero}: {zero} was used"
             )
         stated = heading.unit
-        if stated is not None and not same_unit(stated, unit):
+        if stated is None or same_unit(stated, unit):
+            continue
+        if dimension(stated) is None:
+            known = f"--unit {quantity}={unit} was used"
+            making.say(f"{label!r} states {stated}, which is no known unit: {known}")
+        else:
             making.warn(
                 f"{label!r} states {stated}, and --unit {quantity}={unit} another unit: {unit} was"
                 " used"

@@ -19,6 +19,10 @@ from .words import meaning
 
 OF_SEVERAL_THINGS = ("time", "cycle", "temperature")
 """Quantities of which a file often has columns about different things."""
+_STRAINS = frozenset({"strain", "stretch", "true_strain"})
+LAST_DIGITS = 1.5
+"""Maximum difference between two columns of one measurement, in units of their last written digit [1]. A
+program rounds each by itself, so that they differ by one."""
 ROUNDING = 0.005
 """Maximum difference between one measurement in two units, as part of its largest value [1]."""
 
@@ -45,7 +49,11 @@ def notices_of_columns_aside(grid: Grid, channels: dict[str, Channel]) -> list[s
         if (twin := next((one for one in taken if _same_name(grid, column, one)), None)) is not None:
             notices.append(_compared(grid, column, twin, taken[twin]))
         elif (other := next((one for one in taken if _named_alike(grid, column, one)), None)) is not None:
-            notices.append(_one_of_two(grid, column, other, taken[other]))
+            unused = taken[other] == "elongation" and not _STRAINS.isdisjoint(channels)
+            if unused:  # strain has a column of its own, so that no elongation makes it
+                aside.append(column)
+            else:
+                notices.append(_one_of_two(grid, column, other, taken[other]))
         elif notice := _of_other_unit(grid, column, channels):
             notices.append(notice)
         else:
@@ -143,11 +151,20 @@ def _one_of_two(grid: Grid, column: int, other: int, quantity: str) -> str:
     there = np.isfinite(first) & np.isfinite(second)
     labels = [repr(grid.headings[c].text) for c in (column, other)]
     largest = np.abs(first - second)[there].max() if there.any() else np.nan
+    rounded = min(LAST_DIGITS * max(map(_last_digit, (first, second))), ROUNDING * np.nanmax(np.abs(first)))
+    if largest <= rounded:
+        return f"{labels[0]} agrees with {labels[1]} to the last written digit, and was left aside"
     differs = f", from which it differs by up to {largest:.4g}" if there.any() else ""
     return (
         f"check: {labels[0]} was left aside, and {labels[1]} taken{differs}. --map {quantity}={column + 1}"
         " takes the other. A mean of both needs a column of its own"
     )
+
+
+def _last_digit(values: np.ndarray) -> float:
+    """One unit of the last written digit of a column, by its smallest step; 0 where all numbers are equal."""
+    steps = np.diff(np.unique(values[np.isfinite(values)]))
+    return float(steps.min()) if steps.size else 0.0
 
 
 def _factor(unit: str | None, other: str | None) -> float | None:

@@ -71,7 +71,7 @@ def first_table(fields: Rows, parsed: Parsed, begin: int, end: int | None = None
     if not header.names and (spoilt := _spoilt_rows(fields, run[0], begin)):
         header = header_above(fields, spoilt[0], named, begin)
         run = [*spoilt, *run] if header.names else run
-    if not header.names and (short := _short_rows(fields, parsed, run[0], begin)):
+    if not header.names and (short := _short_rows(fields, parsed, run[0], begin, named)):
         header = header_above(fields, short[0], named, begin)
         run = [*short, *run] if header.names else run
     return Start(run, *header)
@@ -131,16 +131,18 @@ def _spoilt_rows(fields: Rows, start: int, floor: int) -> list[int]:
     return []
 
 
-def _short_rows(fields: Rows, parsed: Parsed, start: int, floor: int) -> list[int]:
+def _short_rows(fields: Rows, parsed: Parsed, start: int, floor: int, named: int) -> list[int]:
     """Rows right below a row of headings whose last fields are empty; none where there are no such rows.
 
-    Their first number is no larger than that of the row below. A number of rows is larger than a first time.
+    The headings name two quantities, or have a word for every one of the `named` columns. The first number
+    of each row is no larger than that of the row below. A number of rows is larger than a first time.
     """
     found: list[int] = []
     for i in range(start - 1, max(floor, start - 1 - MOST_SPOILT) - 1, -1):
         row, below = parsed[i], parsed[found[0] if found else start]
         if row is None:
-            return found if names_quantities(fields[i]) >= 2 else []
+            words = [text for text in fields[i] if text and not like_a_number(text)]
+            return found if names_quantities(fields[i]) >= 2 or len(words) == len(fields[i]) >= named else []
         if not below or row[0] is None or below[0] is None or not row[0] <= below[0]:
             return []
         found.insert(0, i)

@@ -36,6 +36,15 @@ _NOT_A_LENGTH = re.compile(
     r"durchmesser|diamètre|diametro|diámetro)\b|/|初始|原始"
 )
 """Words for a length that is no reading of a tube's: a size, a wave's, a cable's."""
+_A_SIZE = re.compile(
+    r"\b(?:gau?ge|thickness|width|height|depth|diameter|radius|gap|grain|wave\w*|dicke|breite|höhe|durchmesser|"
+    r"spalt|korn\w*|épaisseur|largeur|diamètre)\b"
+)
+"""Words for a length that is a size, or grows as the specimen gets shorter, and no elongation."""
+_NO_BEND = re.compile(r"\bphase\b|\btwist\b|\btorsion\b|\brotation\b|\bazimuth\b")
+"""Words for an angle that is none of bending."""
+_NO_TEST = re.compile(r"\b(?:post|anneal\w*|treatment|irradiation|aging|ageing|sinter\w*|curing|cure)\b")
+"""Words for a temperature at which a specimen was made."""
 _OF_THE_ROOM = re.compile(r"\bluftdruck\b|\bair pressure\b")
 """Words for a pressure that is as often that of the room."""
 _OF_A_STRAIGHT_PULL = frozenset({"force", "stress", "true_stress", "strain", "stretch", "true_strain"})
@@ -75,11 +84,14 @@ _EXAMPLES = {
     "force": "Force (N)", "elongation": "Extension (mm)", "resistance": "Resistance (ohm)",
     "temperature": "Temperature (degC)", "current": "Current (A)", "curvature": "Curvature (1/m)",
     "bend_angle": "Bend angle (deg)", "length": "Length (mm)", "pressure": "Pressure (kPa)",
+    "stress": "Stress (MPa)", "strain": "Strain (%)",
 }  # fmt: skip
+_ANOTHER = {"elongation": _A_SIZE, "bend_angle": _NO_BEND, "temperature": _NO_TEST}
+"""Words of headings in a quantity's unit that are about something else."""
 _BY_DIMENSION = {
     one: quantity
     for quantity in _EXAMPLES
-    if quantity not in ("length", "pressure")
+    if quantity not in ("length", "pressure", "stress", "strain")
     for one in _DIMENSIONS[quantity]
 }
 
@@ -190,18 +202,51 @@ def advised(headings: Sequence[Heading], taken: Collection[int], found: Collecti
         found: quantities that were recognised.
     """
     advice: dict[str, str] = {}
+    unitless: set[str] = set()
     others = _others(headings, taken)
     means = _BY_DIMENSION | _of_a_tube(others, found)
     for heading in sorted(others, key=lambda heading: not _LENGTHS.search(heading.name)):
         quantity = means.get(str(dimension(heading.unit)))
         if quantity == "pressure" and heading.unit in _OF_A_STRESS:
             continue
+        if quantity is None and heading.unit is None:
+            quantity = _by_its_name(heading)
         if quantity == "length" and _NOT_A_LENGTH.search(heading.name):
             continue
+        if (another := _ANOTHER.get(str(quantity))) and another.search(heading.name):
+            continue
         if quantity and quantity not in found and not _NOT_MEASURED.search(heading.name):
-            advice.setdefault(quantity, f"--map {quantity}={shlex.quote(heading.text)}")
+            option = f"--map {quantity}={shlex.quote(heading.text)}"
+            unitless |= {option} if heading.unit is None else set()
+            advice.setdefault(quantity, option)
+    for quantity, heading in _stress_and_strain(others, found).items():
+        advice.setdefault(quantity, f"--map {quantity}={shlex.quote(heading.text)}")
     names = ", ".join(repr(_EXAMPLES[quantity]) for quantity in advice)
-    return f"by their units perhaps {' '.join(advice.values())}, or head them {names}" if advice else ""
+    by = "units or names" if set(advice.values()) & unitless else "units"
+    return f"by their {by} perhaps {' '.join(advice.values())}, or head them {names}" if advice else ""
+
+
+def _stress_and_strain(others: Sequence[Heading], found: Collection[str]) -> dict[str, Heading]:
+    """The one column in a unit that only stresses have, and beside it the one in percent.
+
+    Args:
+        others: headings of the columns that were not recognised.
+        found: quantities that were recognised.
+    """
+    open_ones = [h for h in others if not _NOT_MEASURED.search(h.name) and "strength" not in h.name]
+    stresses = [h for h in open_ones if h.unit in _OF_A_STRESS]
+    strains = [h for h in open_ones if h.unit == "percent"]
+    known = {*found} & {"stress", "true_stress", "pressure"}
+    stress = {"stress": stresses[0]} if len(stresses) == 1 and not known else {}
+    pulled = stress or {*found} & {"stress", "true_stress"}
+    shown = {*found} & {"strain", "true_strain", "stretch"}
+    return stress | ({"strain": strains[0]} if len(strains) == 1 and pulled and not shown else {})
+
+
+def _by_its_name(heading: Heading) -> str | None:
+    """Quantity whose word needs a unit, and states none: `angle`; None for a symbol, which says nothing."""
+    means = meaning(heading, any_unit=True)
+    return means.quantity if means and len(heading.name) > 2 and means.quantity in _EXAMPLES else None
 
 
 def _of_a_tube(others: Sequence[Heading], found: Collection[str]) -> dict[str, str]:

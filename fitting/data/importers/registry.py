@@ -24,7 +24,7 @@ from . import (
 )
 from .already import SENTENCE, is_recording
 from .channel_lists import one_channel_a_row
-from .channels import mapped_channels, named_channels
+from .channels import has_column, mapped_channels, named_channels
 from .chosen_rows import called, refuse_several_named, refuse_unused_rows, with_chosen_rows
 from .format import Format
 from .grid import Grid
@@ -109,7 +109,7 @@ def detect(sample: Sample) -> Format:
     names = ", ".join(format.name for format in FORMATS)
     headings = sample.grid.headings
     columns = f" ({', '.join(repr(heading.text) for heading in headings)})" if headings else ""
-    columns = columns or f" (without headings, numbers 1 to {sample.grid.values.shape[1]})"
+    columns = columns or f" (without headings right above them, numbers 1 to {sample.grid.values.shape[1]})"
     found = named_channels(sample.grid)
     advice = advised(headings, {c.column for c in found.values()}, found)
     advice = f", {advice}" if advice else ""
@@ -181,6 +181,8 @@ def _tests_of(path: str | Path, options: Options, alone: bool = True) -> list[Ma
     """
     samples, options = _selected_test(samples_of(open_raw(path), options.sheet), options)
     formats: list[Format | InputError] = [_format_or_error(sample, options) for sample in samples]
+    lacking = _lacking(samples, options)
+    formats = [InputError(why) if why else found for found, why in zip(formats, lacking, strict=True)]
     formats_of_tests = [found for found in formats if isinstance(found, Format) and not found.refuses]
     if not formats_of_tests:
         _refuse_doubtful(samples)
@@ -193,7 +195,10 @@ def _tests_of(path: str | Path, options: Options, alone: bool = True) -> list[Ma
     alone = alone and len(tests) == 1
     made: list[Made] = []
     aside = []
-    for sample, found in zip(samples, formats, strict=True):
+    for sample, found, why in zip(samples, formats, lacking, strict=True):
+        if why:
+            aside.append(f"check: {sample.title!r} was left out: {why}")
+            continue
         if isinstance(found, InputError) or found.refuses:
             # Beside tests that are read, a sheet of results or notes is no reason to refuse the file.
             why = found.about if isinstance(found, Format) else f"{_columns_of(sample)} fit no known format"
@@ -206,6 +211,20 @@ def _tests_of(path: str | Path, options: Options, alone: bool = True) -> list[Ma
     for one in made:
         _add_notices(one.recording, [*aside, *_several_tests_notice(one.recording, made)])
     return made
+
+
+def _lacking(samples: list[Sample], options: Options) -> list[str]:
+    """Reason why each test is not one in which `--map` names columns; empty where it is, or where none is.
+
+    A table of results, above the tables of readings, has none of the columns that a person names.
+    """
+    lacks = [
+        [name for name in options.columns.values() if sample.grid and not has_column(sample.grid, name)]
+        for sample in samples
+    ]
+    if all(lacks):
+        return [""] * len(samples)
+    return [f"it has no column {names[0]!r}, which --map names" if names else "" for names in lacks]
 
 
 def _with_rows(sample: Sample, own: Options, alone: bool) -> Sample:

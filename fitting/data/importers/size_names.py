@@ -78,6 +78,7 @@ _PARTS: dict[str, tuple[str, ...]] = {
     ),
     "filler": (
         "of", "the", "der", "des", "du", "de", "la", "d'", "le", "l'", "nominal", "nominale", "measured",
+        "properties",
     ),
     "ending": ("s", "n", "e", "er", "en", "es", "em"),
 }  # fmt: skip

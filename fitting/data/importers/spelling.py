@@ -10,6 +10,7 @@ from pneusma_jax.units import UNITS, find_unit
 _SPELLINGS = {
     "": "1", "-": "1", "–": "1", "/": "1", "--": "1", "[-]": "1", "none": "1", "mm/mm": "1", "m/m": "1",
     "in/in": "1",
+    "unitless": "1", "dimensionless": "1", "dimensionslos": "1",
     "in./in.": "1", "ratio": "1", "abs": "1", "pct": "percent", "%": "percent", "percentage": "percent",
     "prozent": "percent",
     "‰": "permille", "ue": "microstrain", "uε": "microstrain", "με": "microstrain", "ustrain": "microstrain",

@@ -36,6 +36,8 @@ WORDS: dict[str, tuple[str, ...]] = {
         "compressive strain",
         "compression strain", "axial strain", "strain", "strain extensometer", "extensometer strain",
         "strain dic",
+        "tensile strain digital strain 1", "tensile strain digital strain",
+        "compressive strain digital strain 1", "compressive strain digital strain",
         "tensile strain displacement", "tensile strain extension", "tensile strain strain 1",
         "compressive strain displacement",
         "compressive strain extension", "compressive strain strain 1", "technical strain", "dehnung",
