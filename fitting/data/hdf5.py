@@ -11,12 +11,14 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-
-import h5py
+from typing import Any
 
 from pneusma_jax.errors import InputError, reason_of
+from pneusma_jax.late import Late
 
 from .sealed import check_seal, remains
+
+h5py = Late("h5py")
 
 SIGNATURE = b"\x89HDF\r\n\x1a\n"
 _HEAD = 64
@@ -34,7 +36,7 @@ READER = Path(__file__).with_name("hdf5_walk.py")
 
 
 @contextmanager
-def opened(source: Path | bytes, name: str, what: str, more: str = "") -> Iterator[h5py.File]:
+def opened(source: Path | bytes, name: str, what: str, more: str = "") -> Iterator[Any]:
     """An HDF5 file, open for reading. Every fault of it raises an error of one line.
 
     Args:

@@ -100,8 +100,17 @@ def test_a_table_of_results_without_the_column_that_map_names_is_left_out_and_to
     path = put("a.csv", RESULTS + READINGS.replace("Tensile strain (Digital Strain 1)", "Zug") + ROWS_BELOW)
     recording = import_file(path, make_options(kind="elastomer", columns=["strain=Zug (%)"]))
     np.testing.assert_allclose(recording.columns["strain"], 1e-4 * ROWS)
-    assert [note for note in checks(recording) if "was left out: it has no column 'Zug (%)', which --map names" in note]
+    assert "'test 1' was left out: it has no column 'Zug (%)', which --map names" in recording.notices
     assert "there is no such column; there are" in refusal(path, kind="elastomer", columns=["strain=Nix"])
+
+
+def test_a_test_without_the_column_that_map_names_is_left_out_with_a_question(put_sheet):
+    rows = [[k, 0.05 * k, 4.0 * k] for k in range(12)]
+    path = put_sheet("a.xlsx", {
+        "one": [["Time (s)", "Zug (%)", "Stress (kPa)"], *rows], "two": [["Time (s)", "Strain (%)", "Stress (kPa)"], *rows],
+    })  # fmt: skip
+    recording = import_file(path, make_options(columns=["strain=Zug (%)"]))
+    assert "check: 'two' was left out: it has no column 'Zug (%)', which --map names" in recording.notices
 
 
 def test_sizes_under_specimen_properties_are_read(put):
@@ -109,3 +118,11 @@ def test_sizes_under_specimen_properties_are_read(put):
     recording = import_file(put("a.csv", head + table("Extension (mm),Load (N)", ROWS, ROWS)), make_options())
     np.testing.assert_allclose(recording.columns["strain"], ROWS / 20)
     np.testing.assert_allclose(recording.columns["stress_kPa"], 1000 * ROWS / (np.pi * 25), rtol=1e-6)
+
+
+def test_a_strain_that_lengths_make_stands_under_no_heading_of_percent(put):
+    strain, stress = ROWS / 250, 550.0 * ROWS / 11
+    lengths = import_file(put("a.csv", table("Extension (mm),Stress (kPa)", 20 * strain, stress)), make_options(dimensions=["gauge_length_mm=20"]))
+    assert not [note for note in checks(lengths) if "percent" in note]
+    percent = import_file(put("b.csv", table("Strain (%),Stress (kPa)", 100 * strain, stress)), make_options())
+    assert [note for note in checks(percent) if "Are these numbers fractions under a heading of percent?" in note]

@@ -11,7 +11,7 @@ from .parts import samples_of
 from .raw import open_raw
 from .registry import FORMATS
 
-RAW_ENDINGS = (".csv", ".tsv", ".txt", ".dat", ".asc", ".prn", ".tra", ".lvm", ".xlsx", ".xlsm")
+RAW_ENDINGS = (".csv", ".tsv", ".txt", ".dat", ".asc", ".prn", ".tra", ".lvm", ".xlsx", ".xlsm", ".mat")
 _ABOUT = (
     "license",
     "licence",

@@ -145,7 +145,7 @@ def samples_of(raw: RawFile, sheet: str | None = None) -> list[Sample]:
 
 
 def _wanted(raw: RawFile, sheet: str) -> list[Page]:
-    if not raw.is_workbook:
+    if not raw.pages[0].is_sheet:
         raise unusable(
             raw.path, f"--sheet {sheet}: this is a text file, it has no sheets; leave the option out"
         )

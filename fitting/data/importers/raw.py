@@ -15,6 +15,7 @@ from typing import Any
 from pneusma_jax.errors import reason_of
 
 from ..recordings.table import unusable
+from .matlab import is_matlab_or_hdf5, sheets_of
 from .number_formats import Display, as_text, display_of, one_unit
 from .workbook_marks import sheet_remarks
 
@@ -31,8 +32,6 @@ _CODES = {
 # First bytes of files that are no tables.
 _OTHERS = {
     b"%PDF": "a PDF",
-    b"\x89HDF": "an HDF5 file (MATLAB 7.3 or another program's)",
-    b"MATLAB 5.0": "a MATLAB file (.mat)",
     b"\x1f\x8b": "a gzip archive",
     b"\x89PNG": "a picture",
     b"\xff\xd8\xff": "a picture",
@@ -117,11 +116,14 @@ class RawFile:
 
     @cached_property
     def pages(self) -> list[Page]:
-        """Filled sheets of a workbook in order, or the one page of a text.
+        """Filled sheets of a workbook in order, tables of a file of MATLAB, or the one page of a text.
 
         Raises:
-            InputError: if the file is neither text nor a workbook, or a workbook without a filled sheet.
+            InputError: if the file is none of these, or a workbook without a filled sheet.
         """
+        if is_matlab_or_hdf5(self.content):
+            found = sheets_of(self.path, self.content)
+            return [Page(sheet.name, [], sheet.rows, remarks=tuple(sheet.remarks)) for sheet in found]
         return _read_sheets(self) if self.is_workbook else [Page("", self._lines())]
 
     def _lines(self) -> list[str]:

@@ -197,7 +197,8 @@ def _tests_of(path: str | Path, options: Options, alone: bool = True) -> list[Ma
     aside = []
     for sample, found, why in zip(samples, formats, lacking, strict=True):
         if why:
-            aside.append(f"check: {sample.title!r} was left out: {why}")
+            is_a_test = isinstance(_format_or_error(sample, replace(options, columns={})), Format)
+            aside.append(f"{'check: ' if is_a_test else ''}{sample.title!r} was left out: {why}")
             continue
         if isinstance(found, InputError) or found.refuses:
             # Beside tests that are read, a sheet of results or notes is no reason to refuse the file.

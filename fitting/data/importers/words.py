@@ -32,7 +32,7 @@ WORDS: dict[str, tuple[str, ...]] = {
         "tempo", "tid", "czas", "aika", "時間", "시간", "время",
     ),
     "strain": (
-        "engineering strain", "eng. strain", "eng strain", "nominal strain", "tensile strain",
+        "engineering strain", "eng. strain", "eng strain", "engg strain", "nominal strain", "tensile strain",
         "compressive strain",
         "compression strain", "axial strain", "strain", "strain extensometer", "extensometer strain",
         "strain dic",
@@ -49,7 +49,7 @@ WORDS: dict[str, tuple[str, ...]] = {
         "деформация",
     ),
     "stress": (
-        "engineering stress", "eng. stress", "eng stress", "nominal stress", "tensile stress",
+        "engineering stress", "eng. stress", "eng stress", "engg stress", "nominal stress", "tensile stress",
         "compressive stress",
         "compression stress", "axial stress", "stress", "first piola-kirchhoff stress", "pk1 stress",
         "spannung",
@@ -209,6 +209,8 @@ _TAG_PATTERNS = (
 )  # fmt: skip
 
 _LETTERS = re.compile(r"[^\W\d_]+")
+_CAPITAL = re.compile(r"(?<=[a-z])(?=[A-Z])")
+"""Place of a capital that begins a word within another: `BendAngle`."""
 _DIGIT_FIRST = re.compile(r"[+-]?[.,]?\d")
 _FIRST_WORDS = {
     f"{_LETTERS.findall(word)[0]}{ending}"
@@ -264,7 +266,7 @@ def meaning_of(text: str) -> Meaning | None:
 @lru_cache(maxsize=CACHED)
 def _meaning_of(text: str) -> Meaning | None:
     """As `meaning_of`. Texts in which no name of a quantity begins are told at once."""
-    words = _LETTERS.findall(unicodedata.normalize("NFKC", text).lower())
+    words = _LETTERS.findall(_CAPITAL.sub(" ", unicodedata.normalize("NFKC", text)).lower())
     return None if _FIRST_WORDS.isdisjoint(words) else meaning(heading_of(text))
 
 
@@ -307,7 +309,21 @@ def heading_of(text: str) -> Heading:
     percent = re.match(r"(?:percent|per cent|pct\.?|%)\s+(.+)$", text.strip(), re.IGNORECASE)
     if heading.unit is None and percent and plain(percent[1]) in _QUANTITY:
         return Heading(text, plain(percent[1]), "percent")
+    if heading.name not in _QUANTITY and (words := _of_capitals(text)):
+        return Heading(text, parse_heading(words).name, parse_heading(words).unit)
     stem, _, suffix = text.rpartition(" ")
     if heading.unit is None and plain(stem) in _QUANTITY and is_unit(suffix) and not suffix.isdigit():
         return Heading(text, plain(stem), unit_name(suffix))
     return heading
+
+
+def _of_capitals(text: str) -> str:
+    """A heading whose first word joins others by capitals, in words: `BendAngle (deg)`; empty for others.
+
+    The name must then be one of a quantity, so that no unit and no symbol is divided.
+    """
+    first = re.match(r"[^\W\d_]+", text)
+    if first is None:
+        return ""
+    words = _CAPITAL.sub(" ", first[0]) + text[first.end() :]
+    return words if words != text and parse_heading(words).name in _QUANTITY else ""

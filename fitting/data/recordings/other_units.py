@@ -156,18 +156,21 @@ def _strain(recording: Recording, written: Mapping[str, str]) -> list[Question]:
             "Are these numbers fractions under a heading of percent? Then they reach"
             f" {PERCENT * reach:.3g} (on import: --unit strain=1)"
         )
+    made = written.get("strain", "percent") != "percent"
+    sizes = "Are its units and sizes right? (on import: --unit, --dimension)"
     said = f"strain reaches {reach:.3g} under {most:.4g}"
     if wire and modulus > STIFFEST_WIRE_MPA and percent:
         rest = "" if pulled else ", if strain counts from no load"
         why = f"a modulus of {1e-3 * modulus:.3g} GPa{rest}; nitinol has 20 to 90 GPa"
-        return [Question("strain", f"{said} MPa, {why}. {percent}")]
+        question = f"{said} MPa, {why}. {sizes if made else percent}"
+        return [Question("" if made else "strain", question)]
+    percent = "" if made else percent
     if wire or modulus <= SILICONE_KPA[1]:
         return []
     said += f" kPa, a modulus of {1e-3 * modulus:.3g} MPa; {SILICONES}"
     if modulus > STIFFEST_RUBBER_KPA:
-        percent = percent if written.get("strain", "percent") == "percent" else ""
         asked = [text for text in (percent, _softer(modulus, written.get(name))) if text]
-        asked = asked or ["Are its units and sizes right? (on import: --unit, --dimension)"]
+        asked = asked or [sizes]
         return [Question("", f"{said}, hard rubbers up to 50, and plastics more. {'. '.join(asked)}")]
     if percent and modulus / PERCENT >= SILICONE_KPA[0]:
         return [Question("strain", f"{said}, hard rubbers up to 50. {percent}")]
