@@ -41,7 +41,8 @@ def derive(making: Making) -> None:
     A spring's or actuator's resistance follows from a voltage (`circuit`), and a tube's length from its
     elongation. So does an actuator's length, where the user names its elongation.
 
-    Strain is stretch - 1, or extension over gauge length, or exp(true strain) - 1. Stress is load over the
+    Strain is stretch - 1, or extension over gauge length, or exp(true strain) - 1. It is length over that at
+    rest - 1, where the user names a length. Stress is load over the
     specimen's initial area, or true stress over stretch (incompressible material). If a file has a quantity
     in two ways, both are compared, and a factor between them is reported. The channels are changed in place.
 
@@ -102,6 +103,8 @@ def _derive_strain(making: Making) -> None:
         values = np.expm1(in_unit(true, "1", "true_strain", place))
         made = f"exp({true.label!r}) - 1" + ("" if true.unit else ", the true strain taken as a fraction")
         _add(making, "strain", Channel(values, "1", true.label, made=made), "true_strain")
+    elif "length" in channels and "length" in making.options.columns:
+        _add(making, "strain", _of_length(making), "length")
     elif "elongation" in channels:
         label = channels["elongation"].label
         gauge = gauge_length_mm(making)
@@ -117,6 +120,24 @@ def _derive_strain(making: Making) -> None:
             Channel(values, "1", label, made=f"{label!r} over the gauge length of {gauge:g} mm"),
             "elongation",
         )
+
+
+def _of_length(making: Making) -> Channel:
+    """Strain of a coupon or wire whose length the user names: marks of a video, or the gap between plates."""
+    channel = making.channels["length"]
+    values = in_unit(channel, "mm", "length", making.place)
+    gauge = gauge_length_mm(making)
+    if gauge is None:
+        known = values[np.isfinite(values)]
+        gauge = float(known[0]) if known.size else 0.0
+        making.warn(
+            f"strain is the change of {channel.label!r} over its first value, {gauge:g} mm. If the specimen"
+            " was not at rest there: --dimension gauge_length_mm=..."
+        )
+    if not gauge > 0.0:
+        raise unusable(making.place, f"{channel.label!r} is {gauge:g} mm at first, and a length is positive")
+    made = f"the change of {channel.label!r} over the length at rest of {gauge:g} mm"
+    return Channel(values / gauge - 1.0, "1", channel.label, made=made)
 
 
 def _derive_length(making: Making) -> None:

@@ -35,7 +35,7 @@ MOST_CELLS = 30_000_000
 """Maximum number of numbers in a file that become cells. A text of as many has 300 MB."""
 START_S = 120.0
 """Maximum time in which a process starts that reads a file first [s], as for HDF5 files."""
-READ_S, BYTES_PER_S = 10.0, 5e6
+READ_S, BYTES_PER_S = 5.0, 5e6
 """Time to read a small file [s], and least speed of a large one [B/s]. Files of 10 MB take 0.2 s."""
 READER = Path(__file__).with_name("matlab_walk.py")
 UNIT_ATTRIBUTES = ("unit", "units", "Unit", "Units")

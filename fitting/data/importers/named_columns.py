@@ -38,6 +38,8 @@ NOT_ONLY_OF_COILS = ("free_length_mm", "mandrel_diameter_mm")
 """Dimensions of a coil that a file may state of a wire, or of a tube or a coupon that a mandrel formed."""
 STRAIGHT_SIZES = ("gauge_length_mm", "length", "width_mm", "thickness_mm", "area_mm2")
 """Dimensions that a file states of a straight specimen."""
+STEADY_K = 5.0
+"""Maximum range of a temperature of a room or a chamber [K]. Alloys transform over 10 or more."""
 METAL_MODULUS_MPA = 500.0
 """Minimum modulus of a metal [MPa]; above that of any elastomer (100 MPa) and below that of any nitinol (5
 GPa)."""
@@ -105,7 +107,7 @@ def _taken_as(kind: str, sample: Sample, channels: dict[str, Channel], options: 
 def _available(channels: dict[str, Channel], options: Options, sample: Sample) -> set[str]:
     """Quantities that are present, can be derived, or are stated as constant."""
     usable = {*channels, *options.constants}
-    if usable & {"stretch", "true_strain"}:
+    if usable & {"stretch", "true_strain"} or ("length" in options.columns and "pressure" not in usable):
         usable.add("strain")
     if "true_stress" in usable:
         usable.add("stress")
@@ -186,6 +188,8 @@ def _hints(available: set[str], channels: dict[str, Channel]) -> str:
     if {"strain", "pressure"} <= available and not available & {"stress", "force"}:
         label = channels["pressure"].label if "pressure" in channels else "..."
         near.append(if_a_stress(label))
+    if {"force", "time"} <= available and not available & {"strain", "elongation", "length"}:
+        near.append("of a coupon, a wire or a spring the strain or the elongation is missing")
     if {"strain", "temperature"} <= available and "stress" not in available:
         near.append("of a wire the stress is missing: if it did not change, --constant stress_MPa=...")
     if {"force", "elongation"} <= available and not available & {"strain", "stress"}:
@@ -239,6 +243,10 @@ def _strain_range(sample: Sample, channels: dict[str, Channel], options: Options
         return _range(convert(strain.values, unit_name(str(strain.unit)), "1")) if stated else None
     if stretch is not None:
         return _range(stretch.values - 1.0)
+    if "length" in options.columns and "length" in channels:
+        values = channels["length"].values
+        known = values[np.isfinite(values)]
+        return _range(values / known[0]) if known.size and known[0] else None
     gauge = options.dimensions.get("gauge_length_mm")
     if gauge is None and "gauge_length_mm" in sample.sizes:
         gauge = sample.sizes["gauge_length_mm"].value
@@ -258,7 +266,8 @@ def _is_wire(
     """True for strain and stress of a wire, false for those of a coupon.
 
     Strain and stress decide first: no wire strains as far as a rubber, and no rubber bears the stress of a
-    metal. Where both are possible, a temperature or a resistance tells a wire, and then the modulus.
+    metal. Where both are possible, a temperature that changes or a resistance tells a wire, and then the
+    modulus.
     """
     stress, strain = _largest_stress_MPa(sample, channels, options), _strain_range(sample, channels, options)
     if strain is not None and strain > WIRE_STRAIN_FRACTION_LIMIT:
@@ -267,9 +276,18 @@ def _is_wire(
         return True
     if stress is not None and strain is not None and strain > WIRE_STRAIN_LIMIT:
         return False
-    if available & {"temperature", "resistance"}:
+    if "resistance" in available or ("temperature" in available and not _is_steady(channels, options)):
+        return True
+    if "temperature" in available and (stress is None or not strain):
         return True
     return stress is not None and bool(strain) and stress / strain > METAL_MODULUS_MPA
+
+
+def _is_steady(channels: dict[str, Channel], options: Options) -> bool:
+    """True for a measured temperature that hardly changes, as that of a room beside a coupon."""
+    temperature = channels.get("temperature")
+    stated = "temperature" in options.constants
+    return temperature is not None and not stated and _range(temperature.values) < STEADY_K
 
 
 FORMAT = Format(

@@ -41,6 +41,8 @@ _A_SIZE = re.compile(
     r"spalt|korn\w*|épaisseur|largeur|diamètre)\b"
 )
 """Words for a length that is a size, or grows as the specimen gets shorter, and no elongation."""
+_GAP = re.compile(r"\b(?:gap|spalt|plattenabstand)\b")
+"""Words for the gap between the plates of a rheometer, which is the length of the specimen between them."""
 _NO_BEND = re.compile(r"\bphase\b|\btwist\b|\btorsion\b|\brotation\b|\bazimuth\b")
 """Words for an angle that is none of bending."""
 _NO_TEST = re.compile(r"\b(?:post|anneal\w*|treatment|irradiation|aging|ageing|sinter\w*|curing|cure)\b")
@@ -203,6 +205,7 @@ def advised(headings: Sequence[Heading], taken: Collection[int], found: Collecti
     """
     advice: dict[str, str] = {}
     unitless: set[str] = set()
+    gaps: dict[str, str] = {}  # no heading names them
     others = _others(headings, taken)
     means = _BY_DIMENSION | _of_a_tube(others, found)
     for heading in sorted(others, key=lambda heading: not _LENGTHS.search(heading.name)):
@@ -214,6 +217,8 @@ def advised(headings: Sequence[Heading], taken: Collection[int], found: Collecti
         if quantity == "length" and _NOT_A_LENGTH.search(heading.name):
             continue
         if (another := _ANOTHER.get(str(quantity))) and another.search(heading.name):
+            if _GAP.search(heading.name) and {*found} & {"force", "stress"} and "elongation" not in found:
+                gaps.setdefault("length", f"--map length={shlex.quote(heading.text)}")
             continue
         if quantity and quantity not in found and not _NOT_MEASURED.search(heading.name):
             option = f"--map {quantity}={shlex.quote(heading.text)}"
@@ -223,7 +228,9 @@ def advised(headings: Sequence[Heading], taken: Collection[int], found: Collecti
         advice.setdefault(quantity, f"--map {quantity}={shlex.quote(heading.text)}")
     names = ", ".join(repr(_EXAMPLES[quantity]) for quantity in advice)
     by = "units or names" if set(advice.values()) & unitless else "units"
-    return f"by their {by} perhaps {' '.join(advice.values())}, or head them {names}" if advice else ""
+    head = f", or head them {names}" if advice else ""
+    perhaps = [*advice.values(), *gaps.values()]
+    return f"by their {by} perhaps {' '.join(perhaps)}{head}" if perhaps else ""
 
 
 def _stress_and_strain(others: Sequence[Heading], found: Collection[str]) -> dict[str, Heading]:
