@@ -180,3 +180,13 @@ def test_neither_noise_nor_a_step_nor_a_turn_is_a_first_row_before_the_test(put)
     assert not first_row(put, np.concatenate([[0.023, 0.018], ON[1:]]))  # half a step
     quantum = 0.02 + 5e-4 * np.array([1, 0, 0, 0, 0, 0, 0, 1, 0, 0])
     assert not first_row(put, np.concatenate([quantum, ON]))
+
+
+def test_one_reading_of_the_other_sign_is_no_instrument_that_was_connected_the_other_way(put):
+    time = np.arange(60.0)
+    angle = -2.0 - 0.5 * time
+    angle[30] *= -1.0
+    rows = "".join(f"{t},{t + 1},{a}\n" for t, a in zip(time, angle, strict=True))
+    notes = checks(import_file(put("a.csv", f"Time (s),Pressure (kPa),Bend angle (deg)\n{rows}"), make_options()))
+    (note,) = [note for note in notes if "sign" in note]
+    assert "bend_angle is 17 deg in row 32 alone, between -16.5 and -17.5, while pressure goes on: is its sign right?" in note

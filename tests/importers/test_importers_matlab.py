@@ -8,7 +8,7 @@ import pytest
 import scipy.io
 from answers import checks, refusal
 
-from fitting.data.importers import import_file, import_tests, make_options
+from fitting.data.importers import import_file, import_tests, make_options, raw_files
 from fitting.data.importers.matlab import _plain, sheets_of
 from pneusma_jax.errors import InputError
 
@@ -143,3 +143,11 @@ def test_a_damaged_file_is_read_or_refused_in_one_line(save, seed):
         import_file(path, make_options())
     except InputError as error:
         assert "\n" not in str(error)
+
+
+def test_a_folder_leaves_a_file_of_settings_aside_and_imports_the_others(save, tmp_path):
+    save({"gain": 3.0}).rename(tmp_path / "settings.mat")
+    save(PULL | SIZES)
+    wanted, aside = raw_files([tmp_path])
+    assert [path.name for path in wanted] == ["a.mat"]
+    assert [path.name for path in aside] == ["settings.mat"]

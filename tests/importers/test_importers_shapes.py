@@ -55,6 +55,7 @@ def test_tensile_database_with_a_clock_that_resets(put, tmp_path):
     recording = import_file(put("a.csv", tensile(times)), make_options(licence="ODbL"))
     assert not recording.has("time") and said(recording, "the clock goes back 1 time (row 19)")
     np.testing.assert_allclose(recording.columns["clock_as_logged"], times)
+    assert not [note for note in recording.notices if note.startswith("time_s from")]
     wire = refusal(put("a.csv", tensile(times)), make_options(kind="wire"))
     assert "row 19, column time" in wire and "cut the file there" in wire
 

@@ -18,7 +18,7 @@ from .making import Channel, Making
 from .options import Options
 from .other_headings import columns_by_word
 from .parts import Sample
-from .spelling import WEIGHTS, Heading, dimension, pressure_zero, same_unit, unit_name
+from .spelling import WEIGHTS, Heading, dimension, may_be_unit, pressure_zero, same_unit, unit_name
 from .words import meaning
 
 # Quantities from which the strain or the stress of a coupon or wire can be derived, itself first.
@@ -232,7 +232,7 @@ def say_other_units(making: Making, grid: Grid) -> None:
         stated = heading.unit
         if stated is None or same_unit(stated, unit):
             continue
-        if dimension(stated) is None:
+        if not may_be_unit(stated):
             known = f"--unit {quantity}={unit} was used"
             making.say(f"{label!r} states {stated}, which is no known unit: {known}")
         else:

@@ -213,11 +213,19 @@ def _question_sign(course: _Course, making: Making) -> None:
     turned &= np.abs(np.diff(y)) > STEPS * float(np.median(np.abs(np.diff(y))))
     if turned.any():
         at = int(np.flatnonzero(turned)[0])
-        making.warn(
-            f"{course.answer} turns its sign from {first[at]:.4g} to {second[at]:.4g} {course.unit} at row"
-            f" {course.rows[at + 1]} while {course.drive} goes on: was the instrument connected the other way"
-            " from there? Then mend these fields in the file"
-        )
+        if at + 2 < len(y) and turned[at + 1]:
+            what = (
+                f"is {second[at]:.4g} {course.unit} in row {course.rows[at + 1]} alone, between"
+                f" {first[at]:.4g} and {y[at + 2]:.4g}, while {course.drive} goes on: is its sign right? If it"
+                " is not, mend this field in the file, or leave it empty"
+            )
+        else:
+            what = (
+                f"turns its sign from {first[at]:.4g} to {second[at]:.4g} {course.unit} at row"
+                f" {course.rows[at + 1]} while {course.drive} goes on: was the instrument connected the other"
+                " way from there? Then mend these fields in the file"
+            )
+        making.warn(f"{course.answer} {what}")
 
 
 def _heated(columns: Mapping[str, np.ndarray]) -> bool:

@@ -3,11 +3,12 @@
 from collections.abc import Iterable
 from pathlib import Path
 
-from pneusma_jax.errors import counted
+from pneusma_jax.errors import InputError, counted
 
 from ..recordings.table import unusable
+from .matlab import is_matlab_or_hdf5
 from .names import first_few
-from .parts import samples_of
+from .parts import Sample, samples_of
 from .raw import open_raw
 from .registry import FORMATS
 
@@ -39,7 +40,7 @@ def raw_files(sources: Iterable[str | Path]) -> tuple[list[Path], list[Path]]:
             wanted.append(source)
             continue
         files = sorted(p for p in source.iterdir() if p.suffix.lower() in RAW_ENDINGS and p.is_file())
-        samples = {path: samples_of(open_raw(path)) for path in files}
+        samples = {path: _samples(path) for path in files}
         with_numbers = [
             path
             for path, tests in samples.items()
@@ -54,6 +55,21 @@ def raw_files(sources: Iterable[str | Path]) -> tuple[list[Path], list[Path]]:
         wanted += with_numbers
         aside += [path for path in files if path not in with_numbers]
     return wanted, aside
+
+
+def _samples(path: Path) -> list[Sample]:
+    """Tests in a file of a folder; none in a file of MATLAB without vectors, such as saved settings.
+
+    Raises:
+        InputError: if another file cannot be read.
+    """
+    raw = open_raw(path)
+    try:
+        return samples_of(raw)
+    except InputError:
+        if not is_matlab_or_hdf5(raw.content):
+            raise
+        return []
 
 
 def left_in_folders(sources: Iterable[str | Path]) -> list[str]:

@@ -106,7 +106,7 @@ def _variables(path: Path, content: bytes) -> dict[str, Any]:
     """Variables of a file by name: arrays of two dimensions, texts, lists (cells) and dictionaries."""
     if not content.startswith(MATLAB_5):
         kind = "a file of MATLAB 7.3" if content.startswith(MATLAB_7_3) else "an HDF5 file"
-        with opened(content, str(path), kind) as file:
+        with opened(content, str(path), kind, "; export it as .csv") as file:
             return _group(file, file, content.startswith(MATLAB_7_3), 0)
     if fault := _fault(content):
         raise unusable(path, f"this file of MATLAB cannot be read ({fault}); export it as .csv")

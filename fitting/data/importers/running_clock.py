@@ -64,6 +64,10 @@ def with_clock(
             f" {LOGGED_CLOCK}, which nothing uses. The order of rows is taken as the order of time"
         )
         others = {name: values for name, values in columns.items() if name != "time_s"}
+        making.notices[:] = [
+            text.replace("time_s from", f"{LOGGED_CLOCK} from", 1) if text.startswith("time_s from") else text
+            for text in making.notices
+        ]
         return {**others, LOGGED_CLOCK: time}
     return {**columns, "time_s": _spread_ticks(time, notices)}
 
