@@ -216,8 +216,8 @@ def _question_sign(course: _Course, making: Making) -> None:
         if at + 2 < len(y) and turned[at + 1]:
             what = (
                 f"is {second[at]:.4g} {course.unit} in row {course.rows[at + 1]} alone, between"
-                f" {first[at]:.4g} and {y[at + 2]:.4g}, while {course.drive} goes on: is its sign right? If it"
-                " is not, mend this field in the file, or leave it empty"
+                f" {first[at]:.4g} and {y[at + 2]:.4g}, while {course.drive} goes on: is its sign right? If"
+                " it is not, mend this field in the file, or leave it empty"
             )
         else:
             what = (
