@@ -55,3 +55,9 @@ def test_a_wire_pulled_at_one_temperature_stays_a_wire(put):
 
 def test_a_force_over_time_lacks_an_elongation(put):
     assert "the strain or the elongation is missing" in refusal(put("a.csv", table("Time (s),Force (N)", ROWS, FORCE)))
+
+
+def test_a_stated_unit_tells_a_metal_from_a_rubber(put):
+    path = put("a.csv", table("Time (s),Strain (%),Stress", ROWS, ROWS / 8, 19.0 * ROWS))
+    assert import_file(path, make_options(units=["stress=MPa"])).kind == "wire"
+    assert import_file(path, make_options(units=["stress=kPa"])).kind == "elastomer"

@@ -13,7 +13,7 @@ from ..recordings.columns import convert
 from ..recordings.kinds import WIRE_STRAIN_FRACTION_LIMIT, WIRE_STRAIN_LIMIT
 from ..recordings.table import unusable
 from .assemble import Facts, assemble
-from .channels import channels_of, in_unit, named_channels
+from .channels import channels_of, in_unit, named_channels, with_options
 from .circuit import VOLTAGES, resistance_named
 from .columns_aside import notices_of_columns_aside
 from .derive import METAL_MPA
@@ -55,7 +55,7 @@ def read(sample: Sample, options: Options) -> Recording:
     grid = sample.require_grid()
     notices: list[str] = list(grid.notices)
     channels = channels_of(sample, options, notices)
-    kind = options.kind or _kind(sample, channels, options)
+    kind = options.kind or _kind(sample, with_options(channels, options), options)
     if not options.kind:
         notices.append(_taken_as(kind, sample, channels, options))
     taken = {channel.column for channel in channels.values()}
