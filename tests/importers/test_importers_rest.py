@@ -51,3 +51,11 @@ def test_noise_around_a_rest_is_averaged_by_the_parabola():
         errors.append(reading_at_rest(strain, stress).reading - 40.0)
         assert noise_of_steps(stress) == pytest.approx(2.0, rel=0.3)
     assert np.std(errors) < 2.0 * 0.9
+
+
+def test_a_first_row_with_hardly_a_reading_is_no_preload_of_the_other_sign(read):
+    """A crosshead that has moved by 1 % of its way before the load rises."""
+    strain = 0.01 + STEPS
+    assert not preloads(read(text(strain, 0.08 + 24.0 * STEPS), kind="elastomer"))
+    (note,) = preloads(read(text(strain, 2.0 + 24.0 * STEPS), kind="elastomer"))
+    assert "stress is 1760 kPa at strain 0:" in note

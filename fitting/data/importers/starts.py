@@ -83,6 +83,8 @@ def _notice_rest(x: np.ndarray, y: np.ndarray, pair: tuple[str, str], making: Ma
     least = max(PRELOAD * float(np.ptp(y)), NOISES * noise_of_steps(y))
     if abs(x[0]) > AT_START * float(np.ptp(x)) or abs(rest) <= least:
         return
+    if abs(y[0]) <= least and rest * y[0] <= 0.0:
+        return  # the first row has hardly a reading, and beyond it the curve would have to turn its sign
     answer, unit = pair[1].rsplit("_", 1)
     drive = pair[0].removesuffix("_mm")
     own = " the initial tension of a close-wound spring," if making.kind == "spring" else ""
