@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from answers import checks, refusal
 
-from fitting.data.importers import import_file, make_options
+from fitting.data.importers import import_file, import_tests, make_options
 
 ROWS = np.arange(12.0)
 
@@ -126,3 +126,11 @@ def test_a_strain_that_lengths_make_stands_under_no_heading_of_percent(put):
     assert not [note for note in checks(lengths) if "percent" in note]
     percent = import_file(put("b.csv", table("Strain (%),Stress (kPa)", 100 * strain, stress)), make_options())
     assert [note for note in checks(percent) if "Are these numbers fractions under a heading of percent?" in note]
+
+
+def test_a_title_that_stands_anywhere_above_its_columns_names_the_test(put):
+    head = ",along,,,across\nStrain (%),Stress (kPa),,Strain (%),Stress (kPa)\n"
+    rows = "".join(f"{k},{3 * k},,{k},{4 * k}\n" for k in range(12))
+    along, across = import_tests(put("a.csv", head + rows), make_options())
+    assert (along.source["raw_part"], across.source["raw_part"]) == ("along", "across")
+    np.testing.assert_allclose(across.columns["stress_kPa"], 4.0 * ROWS)

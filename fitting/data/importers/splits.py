@@ -1,6 +1,7 @@
 """Splitting of a table that holds several tests: by a column of names, by lines between the rows, by groups
 of columns, or at restarts."""
 
+import itertools
 import re
 
 import numpy as np
@@ -251,10 +252,19 @@ def _groups(
 
 
 def _titles(grid: Grid) -> dict[int, str]:
-    """Titles above groups of columns, by column: the row above the headings, with its gaps filled."""
+    """Titles above groups of columns, by column: the row above the headings, with its gaps filled.
+
+    Where empty columns divide the groups, and each has one title, that is the group's wherever it stands.
+    """
     row = grid.preamble[-1] if grid.preamble else []
     if len({cell for cell in row if cell}) < 2:
         return {}
+    named = [column for column, heading in enumerate(grid.headings) if heading.text.strip()]
+    by_run = itertools.groupby(enumerate(named), key=lambda one: one[1] - one[0])
+    blocks = [[column for _, column in run] for _, run in by_run]
+    above = [[row[column] for column in block if column < len(row) and row[column]] for block in blocks]
+    if len(blocks) > 1 and all(len(titles) == 1 for titles in above):
+        return {column: titles[0] for block, titles in zip(blocks, above, strict=True) for column in block}
     spans, last = {}, ""
     for column in range(len(grid.headings)):
         last = row[column] if column < len(row) and row[column] else last
