@@ -113,7 +113,7 @@ def invert_command(**options: Any) -> None:
         for key in ("alloy", "material")
     ]
     with Steps("inverting", plain=True) as progress:
-        progress("compiling, which takes longest the first time, and solving")
+        progress("solving")
         inverse = Inverse(design, limits, *tables, options["seed"], model)
         for sentence in remarks_on_states(model, design):
             notice(sentence)

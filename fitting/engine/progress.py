@@ -5,7 +5,7 @@ from types import TracebackType
 
 from tqdm import tqdm
 
-from fitting.inference.progress import PlainLines, columns, duration
+from fitting.inference.progress import Moving, PlainLines, columns, duration
 
 
 class Rate:
@@ -27,14 +27,16 @@ class Rate:
             total=total, initial=before, desc=subject, unit=f" {unit}", unit_scale=True, leave=False,
             disable=None if shown else True, ncols=columns(),
         )  # fmt: skip
+        self._moving = Moving(self._bar, subject)
 
     def __enter__(self) -> "Rate":
         self._lines.__enter__()
+        self._moving.__enter__()
         return self
 
     def __exit__(self, kind: type | None, error: BaseException | None, trace: TracebackType | None) -> None:
         self._lines.__exit__(kind, error, trace)
-        self._bar.close()
+        self._moving.__exit__(kind, error, trace)
 
     @property
     def rate(self) -> float:

@@ -7,8 +7,14 @@ import threading
 import time
 from collections.abc import Callable, Sequence
 from types import TracebackType
+from typing import TYPE_CHECKING, Any
+
+from jax import monitoring
 
 from pneusma_jax.errors import counted
+
+if TYPE_CHECKING:
+    from tqdm import tqdm
 
 EVERY_S = 30.0
 """Seconds between plain lines, often enough to show progress and seldom enough for a log."""
@@ -19,6 +25,56 @@ REFRESH_S = 1.0
 """Seconds between two drawings of a moving line, so that its time moves while a step lasts."""
 COLUMNS = 80
 """Columns of a moving line at a terminal that does not know its width."""
+
+PREPARING = "preparing"
+"""Words before the first step, while nothing is compiled."""
+COMPILING = "compiling (once per version and shape)"
+"""Words of all commands while a program is traced or compiled."""
+MADE = (
+    "/jax/core/compile/jaxpr_trace_duration",
+    "/jax/core/compile/jaxpr_to_mlir_module_duration",
+    "/jax/core/compile/backend_compile_duration",
+)
+"""Events of JAX: a scalar where it begins to trace, to lower or to compile, a duration where it ends."""
+
+
+class _Compiling:
+    """Counts what JAX traces and compiles at this moment, in all threads of this process."""
+
+    def __init__(self) -> None:
+        self._running, self._lock = 0, threading.Lock()
+
+    def listen(self) -> None:
+        """Begin to listen. JAX has no end of it but with the process."""
+        monitoring.register_scalar_listener(self._begins)
+        monitoring.register_event_duration_secs_listener(self._ends)
+
+    def _begins(self, event: str, value: float | int, **more: Any) -> None:
+        self._count(event, 1)
+
+    def _ends(self, event: str, seconds: float, **more: Any) -> None:
+        self._count(event, -1)
+
+    def _count(self, event: str, change: int) -> None:
+        if event in MADE:
+            with self._lock:
+                self._running = max(self._running + change, 0)
+
+    @property
+    def now(self) -> bool:
+        """True while anything is traced or compiled."""
+        return self._running > 0
+
+
+_compiling = _Compiling()
+_compiling.listen()
+
+
+def with_compiling(text: str) -> str:
+    """A text and, while JAX compiles, the words that say so, unless the text says which program it is."""
+    if not _compiling.now or "once per version and shape" in text:
+        return text
+    return f"{text}; {COMPILING}" if text else COMPILING
 
 
 def columns() -> int | None:
@@ -48,7 +104,7 @@ class PlainLines:
         self._subject, self._every = subject, every
         self.shown = not sys.stderr.isatty() if shown is None else shown
         self._began = self._last = self._since = time.monotonic()
-        self._text = "preparing"
+        self._text = ""
         self._lock, self._ended = threading.Lock(), threading.Event()
 
     def __enter__(self) -> "PlainLines":
@@ -67,6 +123,7 @@ class PlainLines:
 
     def _write(self, text: str, again: bool = False) -> None:
         """Write a line unless it is too early, or, of one that is said again, too late."""
+        text = with_compiling(text)
         with self._lock:
             now = time.monotonic()
             if not self.shown or now - self._last < self._every or (again and self._ended.is_set()):
@@ -79,7 +136,40 @@ class PlainLines:
         while not self._ended.wait(self._every / _LOOKS):
             lasts = time.monotonic() - self._since
             if lasts >= self._every:
-                self._write(f"{self._text}, for {elapsed(lasts)}", again=True)
+                text = self._text or with_compiling("") or PREPARING
+                self._write(f"{text}, for {elapsed(lasts)}", again=True)
+
+
+class Moving:
+    """A moving line at a terminal: drawn again and again, with the words for compiling while JAX does.
+
+    Args:
+        bar: line of tqdm; a disabled one is never drawn.
+        text: its beginning.
+    """
+
+    def __init__(self, bar: "tqdm", text: str):
+        self._bar, self._text, self._ended = bar, text, threading.Event()
+
+    def __enter__(self) -> "Moving":
+        if not self._bar.disable:
+            threading.Thread(target=self._move, name="moving line", daemon=True).start()
+        return self
+
+    def __exit__(self, kind: type | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        self._ended.set()
+        self._bar.close()
+
+    def named(self, text: str) -> None:
+        """Begin the line with another text."""
+        self._text = text
+        self._bar.set_description_str(with_compiling(text))
+
+    def _move(self) -> None:
+        """Draw the moving line again and again; a closed one is not drawn."""
+        while not self._ended.wait(REFRESH_S):
+            self._bar.set_description_str(with_compiling(self._text), refresh=False)
+            self._bar.refresh()
 
 
 class Steps:
@@ -112,24 +202,17 @@ class Steps:
             desc=subject, total=total, unit=f" {unit}s", bar_format=form, leave=False, disable=None,
             ncols=columns(),
         )  # fmt: skip
-        self._ended = threading.Event()
-        self._show = self._bar.set_description_str if plain else self._bar.set_postfix_str
+        self._moving = Moving(self._bar, subject)
+        self._show = self._moving.named if plain else self._bar.set_postfix_str
 
     def __enter__(self) -> "Steps":
         self._lines.__enter__()
-        if not self._bar.disable:
-            threading.Thread(target=self._move, name="moving line", daemon=True).start()
+        self._moving.__enter__()
         return self
 
     def __exit__(self, kind: type | None, error: BaseException | None, trace: TracebackType | None) -> None:
         self._lines.__exit__(kind, error, trace)
-        self._ended.set()
-        self._bar.close()
-
-    def _move(self) -> None:
-        """Draw the moving line again and again; a closed one is not drawn."""
-        while not self._ended.wait(REFRESH_S):
-            self._bar.refresh()
+        self._moving.__exit__(kind, error, trace)
 
     def __call__(self, text: str) -> None:
         """Show the step that begins."""

@@ -5,7 +5,7 @@ from types import TracebackType
 
 from tqdm import tqdm
 
-from fitting.inference.progress import PlainLines, columns, duration
+from fitting.inference.progress import Moving, PlainLines, columns, duration
 
 from .convergence import BURN_LENGTHS, LENGTHS, Convergence
 
@@ -29,14 +29,16 @@ class SamplingBar:
             bar_format="{desc}: {percentage:3.0f}% |{bar}| {n_fmt}/{total_fmt} steps{postfix}",
             ncols=columns(),
         )  # fmt: skip
+        self._moving = Moving(self._bar, "sampling")
 
     def __enter__(self) -> "SamplingBar":
         self._lines.__enter__()
+        self._moving.__enter__()
         return self
 
     def __exit__(self, kind: type | None, error: BaseException | None, trace: TracebackType | None) -> None:
         self._lines.__exit__(kind, error, trace)
-        self._bar.close()
+        self._moving.__exit__(kind, error, trace)
 
     def advance_to(self, steps: int) -> None:
         """Record the number of steps of all ensembles."""

@@ -21,7 +21,7 @@ def stopped(*given, progress=None, **named):
 @pytest.mark.parametrize(
     ("command", "work", "said"),
     [
-        (["invert", "--design", "pneusma2", "--curvature-1pm", "40"], "fitting.invert.Inverse", "compiling"),
+        (["invert", "--design", "pneusma2", "--curvature-1pm", "40"], "fitting.invert.Inverse", "solving"),
         (["characterise", TUBE, "--out", "out"], "fitting.calibrate.registry.characterise", "a step"),
         (["plan", "--out", "out"], "fitting.plan.plan_campaign", "a step"),
         (["workspace", "--design", "pneuflex_s", "--out", "out"], "fitting.simulate.workspace.compute_workspace", "states of pneuflex_s"),

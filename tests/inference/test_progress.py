@@ -10,6 +10,7 @@ import termios
 import threading
 import time
 
+import jax
 import numpy as np
 import pytest
 
@@ -192,3 +193,65 @@ def test_the_time_of_a_long_step_moves_at_a_terminal():
         "with told.Steps('fitting', plain=True) as progress:\n    progress('profile 3 of 22'); time.sleep(0.6)"
     )
     assert at_a_terminal(100, code).count("profile 3 of 22") > 10
+
+
+def test_the_words_for_compiling_follow_what_jax_tells():
+    """While a program is traced they stand there, and no longer once it has run."""
+    seen = []
+
+    def traced(x):
+        seen.append(told.with_compiling("a step"))
+        return x + 1.0
+
+    jax.jit(traced)(1.0)
+    assert seen == [f"a step; {told.COMPILING}"]
+    assert told.with_compiling("a step") == "a step" and told.with_compiling("") == ""
+
+
+def test_a_program_that_fails_while_it_is_traced_ends_the_words():
+    def traced(x):
+        raise ZeroDivisionError
+
+    with pytest.raises(ZeroDivisionError):
+        jax.jit(traced)(1.0)
+    assert told.with_compiling("") == ""
+
+
+@pytest.fixture
+def compiling(monkeypatch):
+    """A program that is compiled all the time."""
+    monkeypatch.setattr(told._compiling, "_running", 1)
+
+
+@pytest.mark.parametrize(
+    ("word", "line"),
+    [
+        ("", told.COMPILING),
+        ("area", f"area (step 1), for 0 s; {told.COMPILING}"),
+        ("compiling the laws (program 1, once per version and shape)", "compiling the laws (program 1, once per version and shape) (step 1), for 0 s"),
+    ],
+)
+def test_every_command_says_in_the_same_words_that_it_compiles(compiling, capsys, word, line):
+    """`design` said that it was preparing."""
+    with told.Steps("design", every=0.05) as progress:
+        if word:
+            progress(word)
+        time.sleep(0.3)
+    lines = capsys.readouterr().err.splitlines()
+    assert lines and all("preparing" not in one for one in lines)
+    assert lines[0].partition(": ")[2].startswith(line)
+
+
+@pytest.mark.parametrize(
+    ("made", "form"),
+    [
+        ("fitting.inference.progress", "Steps('design')"), ("fitting.inference.progress", "Steps('design', plain=True)"),
+        ("fitting.engine.progress", "Rate('rows', 10)"), ("fitting.sample.progress", "SamplingBar(None, 10)"),
+    ],
+)  # fmt: skip
+def test_every_moving_line_says_that_it_compiles(made, form):
+    code = (
+        f"import time\nfrom fitting.inference import progress as told\nfrom {made} import *\ntold.REFRESH_S = 0.02\n"
+        f"told._compiling._running = 1\nwith {form}:\n    time.sleep(0.3)"
+    )
+    assert told.COMPILING in at_a_terminal(160, code)
