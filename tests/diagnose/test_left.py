@@ -167,7 +167,8 @@ def test_what_open_numbers_leave_is_said_and_speaks_against_no_name():
     assert left_of(program, base, score=1.5) is None
     found = left_of(program, base, score=28.0)
     assert found.open and found.trusted and found.reduced_chi2 == 28.0
-    assert "28 is left in recordings that were not fitted" in found.text and "uncertainty" in found.text
+    assert "missed by 5.3 times their noise (reduced chi-square 28, where noise alone would leave" in found.text
+    assert "This does not contradict the model: its numbers are uncertain" in found.text
 
 
 @pytest.mark.parametrize("turns", [False, True])
@@ -191,6 +192,7 @@ def test_what_open_numbers_leave_is_said_after_the_effect_and_its_meaning(turns,
     said = verdict_sentences(dataclasses.replace(conclusion, left=left))
     (more,) = [sentence for sentence in said if sentence not in plain]
     assert said == [plain[0], more, *plain[1:]]
-    assert more.startswith("A reduced chi-square of 3.8 is left in") and "uncertainty" in more
+    assert more.startswith("Recordings that were not fitted are missed by 1.9 times their noise (reduced chi-square 3.8,")
+    assert "This does not contradict the model" in more and more.endswith("leave 0.96 there.")
     much = dataclasses.replace(left, explained=None)
     assert "3.8 is left in" in verdict_sentences(dataclasses.replace(conclusion, left=much))[0]

@@ -9,10 +9,13 @@ from linear_world import CONSTANT, smooth, tubes
 from fitting.diagnose.fit.refit import Refitter
 from fitting.diagnose.fit.standard_errors import standard_errors, widening
 from fitting.diagnose.search.explain import explain
+from fitting.diagnose.settings import DEFAULT
 from fitting.diagnose.verdict.conclude import conclude
+from fitting.diagnose.verdict.discrepancy_evidence import best_discrepancy
 from fitting.inference.noise import correlation_time, swing_time
 from fitting.report.diagnosis.model import model_of
 from fitting.report.diagnosis.payload import content
+from fitting.report.diagnosis.tables import effect_table
 
 WORLDS = 40
 
@@ -45,6 +48,35 @@ def test_errors_beside_slow_misfit_hold_the_truth():
     assert np.mean(told < 3.0) > 0.85 and np.sqrt(np.mean(told**2)) > 0.5  # and they are no wider than need be
 
 
+def wrong_in_form(size: float) -> np.ndarray:
+    """Distances of `distances` beside a smooth function of the driver, which the model lacks; without and with its shift."""
+    found = []
+    for seed in range(WORLDS):
+        world, rng = tubes(effects=(CONSTANT,), constants=1, seed=seed), np.random.default_rng(seed + 1000)
+        along = world.drivers["pressure"] / 1e3
+        wrong = sum(0.5 * rng.standard_normal() * np.cos(np.pi * k * along) for k in range(1, 6))
+        program = world.program(world.truth(rng, base=(0.5,), **{CONSTANT: 0.7}) + size * wrong)
+        fit = Refitter(program).fit((CONSTANT,))
+        beside = best_discrepancy(program, fit)
+        assert (beside.bayes > DEFAULT.evidence.minimum_first) is (size > 0.0)
+        moved = beside.moved if size else None
+        told = [standard_errors(program, fit, one) for one in (None, moved)]
+        found.append([[abs(fit.u[k] - true) / errors[k] for errors in told] for k, true in ((0, 0.5), (1, 0.7))])
+    return np.array(found)
+
+
+def test_errors_beside_a_form_that_is_wrong_count_how_far_it_moves_the_numbers():
+    """A tube's law was wrong below 2 % of strain, and an offset of the pressure was 4.6 of its errors off."""
+    before, told = np.moveaxis(wrong_in_form(20.0), 2, 0)
+    assert np.mean(before < 3.0) < 0.95
+    assert np.mean(told < 3.0) > 0.97 and np.sqrt(np.mean(told**2)) > 0.4  # and they are no wider than need be
+
+
+def test_nothing_moves_numbers_of_a_form_that_is_right():
+    before, told = np.moveaxis(wrong_in_form(0.0), 2, 0)
+    assert np.all(before == told)
+
+
 def test_misfit_widens_no_tolerance():
     world, rng = tubes(effects=(CONSTANT,), constants=1), np.random.default_rng(3)
     fit = Refitter(program := world.program(world.truth(rng) + 1e3 * smooth(rng, 4, 60, 1)[..., 0])).fit((CONSTANT,))
@@ -75,8 +107,10 @@ def test_report_and_augmented_model_tell_the_same_errors():
     (effect, *_) = [f for f in conclusion.found if f.slug == CONSTANT]
     program, fit = conclusion.model
     (k,) = program.unknowns.of([CONSTANT])
-    item, told = program.unknowns.items[k], standard_errors(program, fit)
-    assert told[k] > 2.0 * fit.sd(k)
+    item, told = program.unknowns.items[k], standard_errors(program, fit, conclusion.moving.moved)
+    assert told[k] > standard_errors(program, fit)[k] > 2.0 * fit.sd(k)
+    note = effect_table(conclusion, effect).note
+    assert "how far each number moves" in note and "log Bayes factor" in note
     sd = effect.parameters[item.name]["sd"]
     assert sd == pytest.approx(item.spread(fit.u[k], told[k]))
     (added,) = [one for one in model_of(conclusion, "test").added if one.slug == CONSTANT]

@@ -91,6 +91,15 @@ def at_its_bound(fit: Fit, slug: str) -> bool:
     return any(name.startswith(f"{slug}.") for name in fit.at_bound)
 
 
+def at_an_end(unknowns: Unknowns, fit: Fit, slug: str) -> list[int]:
+    """Indices of an effect's parameters at an end of their range, the neutral one included."""
+    return [
+        int(k)
+        for k in unknowns.of([slug])
+        if min(fit.u[k] - unknowns.low[k], unknowns.high[k] - fit.u[k]) <= OPTIMISER.negligible
+    ]
+
+
 def absent(unknowns: Unknowns, fit: Fit, slug: str) -> bool:
     """True if every strength of an effect ended at its neutral value, so that nothing of it is there."""
     own = unknowns.amplitudes(slug)

@@ -9,7 +9,9 @@ delay beside a drift. A factor for every direction of the numbers, from the spec
 It held the truth less often. Of 103 numbers 64 % lay within one error instead of 67 %, and 90 % within three
 instead of 91 %.
 
-The bias by a wrong form does not show in a misfit. So beside one these errors may still be too small.
+Where a smooth function of a driver has evidence beside the model, its form is wrong somewhere, and numbers
+follow that. So an error counts by how much its number moves when both are fitted together. A form may be
+wrong in other ways, which show in no misfit. So these errors may still be too small.
 """
 
 import numpy as np
@@ -23,16 +25,19 @@ from .misfit import reduced
 from .refit import Fit
 
 
-def standard_errors(program: Program, fit: Fit) -> np.ndarray:
+def standard_errors(program: Program, fit: Fit, moved: np.ndarray | None = None) -> np.ndarray:
     """Standard deviations of all scaled numbers, (unknowns,); 0 for one that was not free.
 
     Args:
         program: program of the campaign.
         fit: model.
+        moved: by how much its free numbers move beside a smooth function of a driver, (free,); None where no
+            such function has evidence.
     """
     found = np.zeros(len(program.unknowns))
     counted = information(program, fit, widening(program, fit.evaluation) ** 2)
-    found[fit.free] = np.sqrt(np.diag(np.linalg.inv(counted)))
+    variance = np.diag(np.linalg.inv(counted))
+    found[fit.free] = np.sqrt(variance if moved is None else variance + moved**2)
     return found
 
 

@@ -13,6 +13,7 @@ from .discrepancy import Discrepancy, beside
 from .discrepancy_evidence import DiscrepancyEvidence, best_discrepancy
 from .left import left_of
 from .unexplained import (
+    by_discrepancy,
     chance_of_misfit,
     chance_without_a_name,
     contradicted,
@@ -58,6 +59,11 @@ class Assessment:
     discrepancy: DiscrepancyEvidence | None
     further: DiscrepancyEvidence | None
     rest: Discrepancy | None
+
+    @property
+    def moving(self) -> DiscrepancyEvidence | None:
+        """The discrepancy beside the effects, where it has evidence: errors count how it moves numbers."""
+        return self.further if by_discrepancy(self.further) else None
 
     @property
     def rival(self) -> DiscrepancyEvidence | None:

@@ -50,7 +50,8 @@ def conclude(explanation: Explanation) -> Conclusion:
     discrepancy, rest = judged.discrepancy, judged.rest
     candidates, nothing = probabilities(explanation, mismatch, unknown)
     unknown = max(0.0, 1.0 - nothing - sum(p for p, _ in candidates.values()))
-    found = effects_found(explanation, unknown) if named else []
+    moving = judged.moving
+    found = effects_found(explanation, unknown, moving and moving.moved) if named else []
     if judged.mimicked and not judged.beyond:
         unknown += _share_with_lookalikes(judged.mimicked, candidates, found)
     place, members = locate(explanation), _members(explanation)
@@ -102,6 +103,7 @@ def conclude(explanation: Explanation) -> Conclusion:
         left=left,
         signs=judged.signs,
         repeats=repeats,
+        moving=moving,
     )
 
 

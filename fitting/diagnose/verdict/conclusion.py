@@ -15,6 +15,7 @@ from ..search.steps import Explanation
 from ..settings import DEFAULT
 from .discrepancy import Discrepancy
 from .discrepancy_evidence import DiscrepancyEvidence
+from .exchangeable import Exchange, exchanges_of
 from .held_out import HeldOut
 from .left import Left
 from .locate import Place
@@ -69,6 +70,7 @@ class Conclusion:
         signs: what speaks for something unknown beside names; None where none was found.
         without_turns: effects that explain as much as turning points between rows; None if there are none.
         repeats: period of a misfit that no name explains; None where there is none.
+        moving: the discrepancy beside named effects that moves their numbers; None where it has no evidence.
     """
 
     explanation: Explanation
@@ -94,6 +96,7 @@ class Conclusion:
     signs: Signs | None = None
     without_turns: WithoutTurns | None = None
     repeats: Repeats | None = None
+    moving: DiscrepancyEvidence | None = None
 
     @property
     def reported(self) -> list[Found]:
@@ -142,7 +145,17 @@ class Conclusion:
 
     @cached_property
     def _standard_errors(self) -> np.ndarray:
-        return standard_errors(*self.model)
+        program, fit = self.model
+        beside = self.moving if fit is self.explanation.final else None
+        return standard_errors(program, fit, beside and beside.moved)
+
+    @cached_property
+    def exchanges(self) -> list[Exchange]:
+        """Constants within their tolerances and errors of instruments that explain the same.
+
+        There are none where something unmodelled comes first: no number is to be trusted then.
+        """
+        return exchanges_of(*self.model) if self.named or not self.mismatch else []
 
     @property
     def changed(self) -> bool:

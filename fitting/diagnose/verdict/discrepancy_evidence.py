@@ -6,7 +6,7 @@ drift explains is no physics.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cache, partial
 
 import numpy as np
@@ -35,6 +35,7 @@ class DiscrepancyEvidence:
         bayes: log Bayes factor over the model without it, deflated, less the logarithm of the number tried.
         left_out: cross-validated reduced chi-square.
         left_by_drift: reduced chi-square of fitted recordings with drift alone, of the best size.
+        moved: by how much the fit's free numbers move when they are fitted beside it, scaled, (free,).
     """
 
     quantity: str
@@ -42,6 +43,7 @@ class DiscrepancyEvidence:
     bayes: float
     left_out: float
     left_by_drift: float
+    moved: np.ndarray = field(default_factory=lambda: np.zeros(0), compare=False, repr=False)
 
 
 @dataclass(frozen=True)
@@ -53,12 +55,14 @@ class _Best:
         bayes: log Bayes factor.
         rest: misfit that it leaves, (values,).
         left_by_drift: misfit that drift alone leaves, (values,).
+        numbers: the numbers beside it, less the means of their priors, in units of these priors, (numbers,).
     """
 
     name: tuple[str, str]
     bayes: float
     rest: np.ndarray
     left_by_drift: np.ndarray
+    numbers: np.ndarray
 
 
 def best_discrepancy(program: Program, fit: Fit) -> DiscrepancyEvidence | None:
@@ -78,8 +82,10 @@ def best_discrepancy(program: Program, fit: Fit) -> DiscrepancyEvidence | None:
     precision = prior_sd(program.unknowns, fit.free) ** -2
     own = np.isin(fit.free, program.unknowns.of(fit.slugs))
     span = (program.unknowns.high - program.unknowns.low)[fit.free]
-    nominal = r - A @ np.where(own, 0.0, fit.u[fit.free])
-    A = A / np.sqrt(np.where(precision > 0.0, precision, 12.0 / span**2))
+    centre = np.where(own, fit.u[fit.free], 0.0)
+    nominal = r - A @ (fit.u[fit.free] - centre)
+    spread = 1.0 / np.sqrt(np.where(precision > 0.0, precision, 12.0 / span**2))
+    A = A * spread
     sizes = [len(m) for m in here.misfit]
     fitted = np.concatenate([np.full(n, float(f)) for n, f in zip(sizes, program.fitted, strict=True)])
 
@@ -94,9 +100,10 @@ def best_discrepancy(program: Program, fit: Fit) -> DiscrepancyEvidence | None:
         np.split(rest, np.cumsum(sizes)[:-1])
     )
     bayes = best.bayes / inflation - np.log(len(columns) * len(DISCREPANCY.lengths))
-    return DiscrepancyEvidence(
-        *best.name, float(bayes), total / count, float(best.left_by_drift**2 @ fitted) / count
-    )
+    low, high = program.unknowns.low[fit.free], program.unknowns.high[fit.free]
+    moved = np.clip(centre + spread * best.numbers, low, high) - fit.u[fit.free]
+    left_by_drift = float(best.left_by_drift**2 @ fitted) / count
+    return DiscrepancyEvidence(*best.name, float(bayes), total / count, left_by_drift, moved)
 
 
 def _best(
@@ -143,7 +150,8 @@ def _best(
     N = np.concatenate(parts, axis=1)
     NW = N.T * w
     x = np.linalg.solve(np.eye(N.shape[1]) + NW @ N, NW @ nominal)
-    return _Best(name, float(highest - without), nominal - N @ x, left_by_drift)
+    numbers = -x[: A.shape[1]]  # the misfit is what the model gives less what was measured
+    return _Best(name, float(highest - without), nominal - N @ x, left_by_drift, numbers)
 
 
 @cache

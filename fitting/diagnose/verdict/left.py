@@ -66,20 +66,29 @@ class Left:
 
     @property
     def text(self) -> str:
-        """Size and place, as a part of a sentence."""
+        """Size and place, as a part of a sentence; where open numbers explain it, as sentences."""
+        if self.explained is not None:
+            return (
+                f"recordings that were not fitted are missed by {self._times} their noise (reduced "
+                f"chi-square {number(self.reduced_chi2)}, where noise alone would leave "
+                f"{number(self.noise, '.2g')}). This does not contradict the model: its numbers are "
+                f"uncertain, and other values within their errors leave {number(self.explained, '.2g')} there"
+            )
         among = "recordings that were not fitted" if self.held_out else "fitted recordings"
         noise = f"noise alone would leave {number(self.noise, '.2g')}"
         if number(self.noise, ".2g") != "1":
             noise += ", as neighbouring rows differ by more than the noise that they are judged by"
         text = f"a reduced chi-square of {number(self.reduced_chi2)} is left in {among} ({noise})"
-        if self.explained is not None:
-            least = f"the model leaves {number(self.explained, '.2g')} if it is fitted to these, too"
-            return f"{text}, which the uncertainty of fitted numbers explains ({least})"
         if self.held_out:
             text += ", beyond what the uncertainty of the fitted numbers explains"
         if self.regime is None:
             return text
         return f"{text}, {100.0 * self.regime.share:.0f} % of it where {self.regime.text}"
+
+    @property
+    def _times(self) -> str:
+        """Root mean square of the misfit over the noise, in words."""
+        return f"{number(float(np.sqrt(self.reduced_chi2)), '.2g')} times"
 
 
 def left_of(

@@ -130,10 +130,18 @@ def told_apart(best: float, other: float) -> bool:
     return best - other >= max(EVIDENCE.minimum_difference, 2.0 * imperfection_of(best))
 
 
-def effects_found(explanation: Explanation, unknown: float) -> list[Found]:
-    """The effects of the final model; `unknown` is the probability of something else."""
+def effects_found(
+    explanation: Explanation, unknown: float, moved: np.ndarray | None = None
+) -> list[Found]:
+    """The effects of the final model.
+
+    Args:
+        explanation: result of the search.
+        unknown: probability of something else.
+        moved: by how much numbers of the model move beside a smooth function, see `standard_errors`.
+    """
     program, fit = explanation.program, explanation.final
-    errors, found = standard_errors(program, fit) if fit.slugs else np.zeros(0), []
+    errors, found = standard_errors(program, fit, moved) if fit.slugs else np.zeros(0), []
     for slug in fit.slugs:
         one_out = explanation.named.leave_one_out[slug]
         candidate = one_out.own

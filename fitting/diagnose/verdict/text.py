@@ -11,9 +11,11 @@ from fitting.inference.noise import ACCURACY
 from fitting.inference.notes import capital, joined
 from fitting.inference.numbers import number
 from fitting.specimens import specimen_of
+from fitting.specimens.rows import of_specimen
 from pneusma_jax.errors import counted
 from pneusma_jax.units import amount, from_si
 
+from ..evaluate.unknowns import Unknown
 from ..fit.base_fit import told_at_bound
 from ..fit.misfit import limit_of, range_of, relative_error
 from ..fit.prediction import predictive_chi_square
@@ -40,7 +42,9 @@ def verdict_sentences(conclusion: Conclusion) -> list[str]:
     verdict, *behind = _verdict(conclusion)
     verdict, rival = _or_without_turns(conclusion, verdict)
     other = ["No [geometry] is stated: another specimen than the source's looks like this, too."]
-    return [verdict, *_open(conclusion), *(other if unstated(conclusion) else []), *rival, *behind]
+    other = other if unstated(conclusion) else []
+    exchanged = exchange_sentences(conclusion)[:1]  # the page has all of them
+    return [verdict, *_open(conclusion), *other, *rival, *behind, *exchanged]
 
 
 def _or_without_turns(conclusion: Conclusion, verdict: str) -> tuple[str, list[str]]:
@@ -65,6 +69,36 @@ def _or_without_turns(conclusion: Conclusion, verdict: str) -> tuple[str, list[s
         f"the recordings agree with {whole}. Or it did not, and that model leaves out {effects}."
     )
     return both, [told, *(f.text for f in rival.found)]
+
+
+def exchange_sentences(conclusion: Conclusion) -> list[str]:
+    """Sentences on constants and errors of instruments that explain the same, the largest move first."""
+    program, fit = conclusion.model
+    specimens, said = [r.specimen for r in program.recordings], []
+
+    def sized(item: Unknown, value: float) -> str:
+        difference = item.unit == "K"
+        return amount(number(float(from_si(value, item.unit, difference=difference)), ".4g"), item.unit)
+
+    for one in sorted(conclusion.exchanges, key=lambda x: -abs(fit.u[x.constant])):
+        constant, strength = (program.unknowns.items[k] for k in (one.constant, one.strength))
+        name = of_specimen(constant.name, specimens)
+        nominal, now = (sized(constant, float(constant.value(u))) for u in (0.0, fit.u[one.constant]))
+        there = sized(strength, float(strength.value(one.value)))
+        if one.named:
+            here = sized(strength, float(strength.value(fit.u[one.strength])))
+            said.append(
+                f"The recordings do not tell {strength.effect} from {name} being off within its tolerance. "
+                f"Fitted together, {name} is {now} and {strength.name} is {here}. With {name} as stated, "
+                f"{nominal}, {strength.name} is {there}. Measure {name} again."
+            )
+        else:
+            said.append(
+                f"Within its tolerance {name} went from {nominal} to {now}. With {name} as stated, "
+                f"{strength.effect} with {strength.name} = {there} explains the same. These recordings do "
+                f"not tell which it is. Measure {name} again, or check the instrument."
+            )
+    return said
 
 
 def unstated(conclusion: Conclusion) -> list[str]:
@@ -246,12 +280,12 @@ def unexplained(conclusion: Conclusion, whole: str) -> str:
     misread, rest = conclusion.explanation.misread, conclusion.remainder
     if misread is not None:
         return f"{misread.text} Until that is known, trust no name."
-    if left is None:
+    if left is None or left.open:
         return f"The recordings contradict {whole}, and {what}."
-    smooth = [] if rest is None or left.open else [f"a smooth function of {rest.driver.replace('_', ' ')}"]
-    if left.names and not left.open:
+    smooth = [] if rest is None else [f"a smooth function of {rest.driver.replace('_', ' ')}"]
+    if left.names:
         what = "something unknown is likelier than any name" if left.trusted else "no name is to be trusted"
-    beside = [*(left.names if not left.open else ()), *smooth]
+    beside = [*left.names, *smooth]
     what += f": with {joined(beside)}, {left.text}" if beside else f": {left.text}"
     return f"The recordings contradict {whole}, and {what}."
 
@@ -277,10 +311,9 @@ def _named(conclusion: Conclusion, names: Sequence[str]) -> str:
 
 
 def _open(conclusion: Conclusion) -> list[str]:
-    """A sentence on what named effects leave, where the uncertainty of fitted numbers explains it."""
+    """Sentences on what a model leaves, where the uncertainty of fitted numbers explains it."""
     left = conclusion.left
-    named = bool(conclusion.found) and conclusion.found[0].slug != "unmodelled"
-    if left is None or not left.open or not named:
+    if left is None or not left.open or conclusion.explanation.misread is not None:
         return []
     return [f"{capital(left.text)}."]
 
@@ -323,19 +356,22 @@ def _not_fitted(conclusion: Conclusion) -> list[str]:
     if not conclusion.missed_validation:
         return []
     less = predictive_chi_square(program, conclusion.explanation.base, program.unseen)
-    size = f"reduced chi-square {number(left)}"
-    missed = f"Recordings kept for validation are missed by more than noise ({size}),"
-    without = f"({number(less)} where it is counted)"
+    times = number(float(np.sqrt(left)), ".2g")
+    missed = (
+        f"Recordings kept for validation are missed by {times} times their noise (reduced chi-square "
+        f"{number(left)}, where noise alone would leave 1)."
+    )
+    leave = f"other values within their errors leave {number(less)} there"
     if less <= limit_of(program, program.unseen):
-        return [f"{missed} which the uncertainty of the refitted constants explains {without}."]
+        return [f"{missed} This does not contradict the model: its constants are uncertain, and {leave}."]
     if not missed_beyond_drift(program, conclusion.explanation.base):
         return [
-            f"{missed} of which the uncertainty of the refitted constants explains a part {without}. "
-            "Instruments that drift within their noise would explain the rest."
+            f"{missed} A part of it follows from constants that are uncertain: {leave}. Instruments that "
+            "drift within their noise would explain the rest."
         ]
     return [
-        f"{missed} and the uncertainty of the refitted constants does not explain that {without}: "
-        "fit one of them as well before you rely on this."
+        f"{missed} Constants that are uncertain do not explain it: {leave}. Fit one of these recordings "
+        "as well before you rely on this."
     ]
 
 

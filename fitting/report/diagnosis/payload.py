@@ -61,6 +61,7 @@ def content(conclusion: Conclusion) -> dict:
         "base_model": conclusion.start.words or "the published model",
         "base_tables": [asdict(table) for table in conclusion.start.constants],
         "base_parameters": _base(conclusion),
+        "exchangeable": _exchangeable(conclusion),
         "not_testable_here": list(conclusion.untestable),
         "not_testable_because": conclusion.untestable,
         "remainder": _discrepancy(conclusion),
@@ -151,6 +152,22 @@ def _left(conclusion: Conclusion) -> dict | None:
         "names": list(left.names),
         "regime": None if regime is None else vars(regime),
     }
+
+
+def _exchangeable(conclusion: Conclusion) -> list[dict]:
+    """Constants within their tolerances, and strengths that explain the same with these as stated; SI."""
+    items = conclusion.explanation.program.unknowns.items
+    return [
+        {
+            "constant": items[one.constant].name,
+            "effect": items[one.strength].effect,
+            "parameter": items[one.strength].name,
+            "value": float(items[one.strength].value(one.value)),
+            "unit": items[one.strength].unit,
+            "named": one.named,
+        }
+        for one in conclusion.exchanges
+    ]
 
 
 def _base(conclusion: Conclusion) -> dict:

@@ -1,7 +1,7 @@
 """The report of a diagnosis: the verdict first, then its evidence."""
 
 from fitting.diagnose.verdict.conclusion import Conclusion
-from fitting.diagnose.verdict.text import place_text, verdict_sentences
+from fitting.diagnose.verdict.text import exchange_sentences, place_text, verdict_sentences
 from fitting.specimens.saved_models import DIAGNOSIS, AugmentedModel
 from fitting.specimens.saved_models.files import render_model
 from pneusma_jax.calibration.toml import render_calibration
@@ -109,7 +109,7 @@ def _findings(conclusion: Conclusion) -> list[Block]:
 
 def _absorbed(conclusion: Conclusion) -> list[Block]:
     table = base_table(conclusion)
-    return [table if table.rows else text.ALL_EXACT]
+    return [table if table.rows else text.ALL_EXACT, Points(exchange_sentences(conclusion))]
 
 
 def _discrepancy(conclusion: Conclusion) -> list[Section]:

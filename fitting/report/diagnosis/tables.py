@@ -5,11 +5,12 @@ import numpy as np
 from fitting.diagnose.evaluate.noise_used import noise_used
 from fitting.diagnose.fit.base_fit import at_bound
 from fitting.diagnose.fit.misfit import reduced
+from fitting.diagnose.fit.refit import at_an_end
 from fitting.diagnose.verdict.conclusion import Conclusion
 from fitting.diagnose.verdict.discrepancy import Discrepancy
 from fitting.diagnose.verdict.held_out import HeldOut
 from fitting.diagnose.verdict.probabilities import Found
-from fitting.inference.notes import joined
+from fitting.inference.notes import capital, joined
 from fitting.specimens.rows import of_specimen
 from pneusma_jax.model_discrepancy import unit_of
 from pneusma_jax.units import from_si
@@ -57,7 +58,36 @@ def effect_table(conclusion: Conclusion, found: Found) -> Table:
         ends = " to ".join(number(float(item.value(end))) for end in (item.low, item.high))
         sd = number(entry["sd"], ".2g")
         rows.append([item.text, number(entry["value"], ".4g"), sd, entry["unit"], ends])
-    return Table(["parameter", "value", "standard error", "unit", "physical range"], rows)
+    notes = [text_of_ends(conclusion, found), text_of_moving(conclusion)] if found.parameters else []
+    note = " ".join(filter(None, notes))
+    return Table(["parameter", "value", "standard error", "unit", "physical range"], rows, note)
+
+
+def text_of_ends(conclusion: Conclusion, found: Found) -> str:
+    """Sentences on parameters at an end of their range, and whether other errors count that; else empty."""
+    program, fit = conclusion.model
+    ends = [program.unknowns.items[k].name for k in at_an_end(program.unknowns, fit, found.slug)]
+    if not ends or len(ends) == len(found.parameters):
+        return ""
+    one = len(ends) == 1
+    each, it = ("is at an end of its range", "it") if one else ("are at ends of their ranges", "them")
+    return (
+        f"{capital(joined(ends))} {each}. The other errors leave {it} open. `pneusma characterise` holds "
+        f"{it} there, so its errors are smaller."
+    )
+
+
+def text_of_moving(conclusion: Conclusion) -> str:
+    """Sentences on errors that count a form which is wrong somewhere; empty where nothing shows that."""
+    beside = conclusion.moving
+    if beside is None:
+        return ""
+    quantity, driver = (name.replace("_", " ") for name in (beside.quantity, beside.driver))
+    return (
+        f"The model leaves more than noise: a change of {quantity} with {driver} has a log Bayes factor of "
+        f"{number(beside.bayes, '.0f')} beside it. Standard errors count how far each number moves when both "
+        "are fitted together."
+    )
 
 
 def candidate_table(conclusion: Conclusion) -> Table:
