@@ -5,7 +5,10 @@ from typing import Any
 
 import numpy as np
 
+from fitting.data.recordings import Recording
+from fitting.inference.notes import joined
 from fitting.inference.parameters import Parameters
+from fitting.specimens.rows import MARK
 
 from .information import Information
 
@@ -31,6 +34,7 @@ def open_constants(
     profiled: Set[str] = frozenset(),
     needed: Callable[[str], str] = lambda _: "these recordings do not show it",
     reach: Callable[[Sequence[str]], str] = lambda _: "these recordings",
+    unfitted: Mapping[str, Sequence[str]] | None = None,
 ) -> list[dict[str, Any]]:
     """Parameters that recordings leave open, in words.
 
@@ -44,11 +48,13 @@ def open_constants(
             any other parameter at a bound has none.
         needed: function that says why the recordings do not show a parameter.
         reach: function that names the recordings about some parameters, and how far they go.
+        unfitted: parameters of specimens of which no recording is fitted, by specimen; see `of_unfitted`.
 
     Returns:
         Entries with `kind`, `parameters`, a number that says how bad, and `text`. The kinds are `absent`,
-        `at_bound`, `end_of_range`, `at_start`, `not_informed`, `loose_direction` and `known_together`. A
-        parameter within whose error the prediction jumps is in none of the last four.
+        `at_bound`, `end_of_range`, `at_start`, `not_informed`, `loose_direction`, `known_together` and
+        `not_fitted`. A parameter within whose error the prediction jumps is in none of `at_start` to
+        `known_together`. One that is `not_fitted` is in no other entry.
     """
     absent = absent or {}
     stopped = [name for name, fixed in zip(fisher.names, fisher.fixed, strict=True) if fixed]
@@ -58,14 +64,47 @@ def open_constants(
         else _bound(name, absent.get(name), name in profiled)
         for name in stopped
     ]
-    alone, covered = _alone(fisher, parameters, start, needed)
-    return entries + alone + _loose(fisher, covered, reach) + _together(fisher, reach)
+    aside = unfitted or {}
+    own = {name for names in aside.values() for name in names}
+    alone, covered = _alone(fisher, parameters, start, needed, own)
+    entries += alone + _loose(fisher, covered, reach) + _together(fisher, reach)
+    return entries + [_not_fitted(specimen, names) for specimen, names in aside.items()]
+
+
+def of_unfitted(names: Sequence[str], recordings: Sequence[Recording]) -> dict[str, list[str]]:
+    """Parameters of specimens of which no recording is fitted, by specimen.
+
+    Args:
+        names: names of free parameters; those of single specimens end in a number.
+        recordings: all recordings, in the order that the specimens are numbered in.
+    """
+    fitted = {recording.specimen for recording in recordings if recording.role == "fit"}
+    found: dict[str, list[str]] = {}
+    specimens = list(dict.fromkeys(recording.specimen for recording in recordings))
+    for name in names:
+        _, mark, number = name.partition(MARK)
+        if mark and (specimen := specimens[int(number) - 1]) not in fitted:
+            found.setdefault(specimen, []).append(name)
+    return found
+
+
+def _not_fitted(specimen: str, names: Sequence[str]) -> dict[str, Any]:
+    one = len(names) == 1
+    belong, keep = ("belongs", "It keeps its stated value and tolerance") if one else (
+        "belong", "They keep their stated values and tolerances"
+    )  # fmt: skip
+    text = (
+        f"{joined(names)} {belong} to specimen {specimen}, of which no recording was fitted. {keep}, which "
+        "limits how well its recordings can be predicted."
+    )
+    return {"kind": "not_fitted", "parameters": list(names), "text": text}
 
 
 def _end_of_range(name: str, value: float, profiled: bool) -> dict[str, Any]:
     text = (
         f"{name} is at {value:g}, an end of its range, where the law has a special form. {ERROR[profiled]}. "
-        "The errors of the other constants hold if its true value is this end."
+        "The errors of the other constants hold if its true value is this end. `pneusma diagnose` leaves it "
+        "open within its range, so the errors that it quotes are larger."
     )
     return {"kind": "end_of_range", "parameters": [name], "text": text}
 
@@ -82,13 +121,20 @@ def _bound(name: str, absent: str | None, profiled: bool) -> dict[str, Any]:
 
 
 def _alone(
-    fisher: Information, parameters: Parameters, start: Mapping[str, float], needed: Callable[[str], str]
+    fisher: Information,
+    parameters: Parameters,
+    start: Mapping[str, float],
+    needed: Callable[[str], str],
+    aside: Set[str],
 ) -> tuple[list[dict[str, Any]], set[str]]:
-    """Parameters about which the recordings say next to nothing even if all others were known."""
-    entries, covered = [], set()
+    """Parameters about which the recordings say next to nothing even if all others were known.
+
+    Those of `aside` have no entry; they are covered like the others.
+    """
+    entries, covered = [], set(aside)
     marginal, best = fisher.sd() / fisher.scale, fisher.sd_if_others_were_known() / fisher.scale
     for k, name in enumerate(fisher.names):
-        if not fisher.told[k] or best[k] < HARDLY:
+        if name in aside or not fisher.told[k] or best[k] < HARDLY:
             continue
         covered.add(name)
         stayed = abs(parameters[name].value - start[name]) < STAYED * fisher.scale[k]

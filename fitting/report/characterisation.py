@@ -189,6 +189,15 @@ def zeros_json(found: Lasting | None) -> dict[str, dict[str, float]]:
     return {n: {"off": found.offset[n], "wanders": found.drift[n]} for n in found.drift}
 
 
+def fitted_only(
+    parameters: Mapping[str, Estimate], identifiability: Sequence[Mapping[str, Any]]
+) -> dict[str, Estimate]:
+    """Parameters without those of specimens of which no recording was fitted; see `open_constants`."""
+    entries = [entry for entry in identifiability if entry["kind"] == "not_fitted"]
+    aside = {name for entry in entries for name in entry["parameters"]}
+    return {name: estimate for name, estimate in parameters.items() if name not in aside}
+
+
 def limits(parameters: Mapping[str, Estimate]) -> list[str]:
     """Sentences about constants that the recordings do not bracket, and about those that merely repeat their
     priors."""

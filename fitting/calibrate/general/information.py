@@ -247,10 +247,14 @@ def _column_of(weight: np.ndarray, slope: np.ndarray) -> np.ndarray:
 def repeats(fit: GeneralFit, fisher: Information, each: Sequence[np.ndarray]) -> list[Repeat]:
     """Every recording as if it were measured once more, the most informative first.
 
-    Only parameters whose slopes describe an error count.
+    Only parameters whose slopes describe an error count. A specimen of which nothing is fitted is left out:
+    a test of it would say most of its own sizes.
     """
     now, found = fisher.sd(), []
+    fitted = {recording.specimen for recording in fit.recordings if recording.role == "fit"}
     for recording, more in zip(fit.recordings, each, strict=True):
+        if recording.specimen not in fitted:
+            continue
         ratio = np.where(now > 0.0, fisher.sd(more) / np.where(now > 0.0, now, 1.0), 1.0)
         order = [k for k in np.argsort(ratio) if ratio[k] < NOTHING and fisher.told[k]]
         shrinks = tuple((fisher.names[k], float(ratio[k])) for k in order[:4])

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from fitting.calibrate.information import Information, with_errors
-from fitting.calibrate.open_constants import open_constants
+from fitting.calibrate.open_constants import of_unfitted, open_constants
 from fitting.calibrate.profile_likelihood import Profile, loosest, to_the_end, with_intervals
 from fitting.calibrate.quoted import KELVIN, estimates, of_prior_alone
 from fitting.calibrate.result import Characterisation, Estimate
@@ -305,7 +305,10 @@ def _result(
     fit, fisher = ended.fit, ended.information
     fitted = fit.result.parameters
     absent, natural = (model.absent(fitted), model.natural_ends()) if model else ({}, frozenset())
-    left_open = open_constants(fisher, fitted, start, absent, natural, profiled=with_intervals(profiled))
+    left_open = open_constants(
+        fisher, fitted, start, absent, natural, profiled=with_intervals(profiled),
+        unfitted=of_unfitted(fisher.names, campaign.recordings),
+    )  # fmt: skip
     result = GeneralCharacterisation(
         campaign=campaign,
         identify=_identifies(fit.recordings),

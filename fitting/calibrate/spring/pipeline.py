@@ -12,7 +12,7 @@ from fitting.calibrate.alloy_table import alloy_table
 from fitting.calibrate.assumed import notices_of
 from fitting.calibrate.combinations import Combination
 from fitting.calibrate.information import Information
-from fitting.calibrate.open_constants import open_constants
+from fitting.calibrate.open_constants import of_unfitted, open_constants
 from fitting.calibrate.profile_likelihood import Profile, loosest, to_the_end, with_intervals
 from fitting.calibrate.quoted import estimates
 from fitting.calibrate.result import Characterisation, Estimate
@@ -323,7 +323,10 @@ def _identifiability(
     """Constants that stay open, the tests that would show them, and those that do."""
     needed, reach = partial(why_not_shown, fitted), partial(informing_tests, fitted)
     own = with_intervals(profiled)
-    return open_constants(fisher, joint.parameters, start, profiled=own, needed=needed, reach=reach)
+    aside = of_unfitted(fisher.names, [test.recording for test in joint.problem.tests])
+    return open_constants(
+        fisher, joint.parameters, start, profiled=own, needed=needed, reach=reach, unfitted=aside
+    )
 
 
 def _profiled_to_the_end(

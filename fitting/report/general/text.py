@@ -21,7 +21,7 @@ from pneusma_jax.errors import counted
 from pneusma_jax.units import amount
 
 from .. import profile_likelihood
-from ..characterisation import another_cause, ask, doubtful, limits
+from ..characterisation import another_cause, ask, doubtful, fitted_only, limits
 from ..figures import axis_label
 from . import wires
 
@@ -50,7 +50,8 @@ def verdict(result: GeneralCharacterisation) -> list[str]:
         sentences.append(lasting_sentence(fit.correlation_time, fit.inflation, result.lasting))
     if fit.reduced_chi_square * fit.correlation_time < OVERSTATED:  # correlated noise was enlarged
         sentences.append(overstated_sentence(fit.reduced_chi_square))
-    open_ = [e for e in result.identifiability if e["kind"] not in ("at_bound", "end_of_range", "absent")]
+    other = ("at_bound", "end_of_range", "absent", "not_fitted")
+    open_ = [e for e in result.identifiability if e["kind"] not in other]
     if open_ or not warned:
         sentences.append(open_[0]["text"] if open_ else _told(result))
     return sentences
@@ -247,7 +248,8 @@ def warnings(result: GeneralCharacterisation) -> list[str]:
     zeros = lasting_zeros(result.lasting)
     said = [] if doubts(result) else another_cause(far, zeros, result.campaign.path, result.model)
     sentences += [*far, *zeros, *said]
-    return sentences + limits(result.parameters) + profile_likelihood.warnings(result)
+    own = fitted_only(result.parameters, result.identifiability)
+    return sentences + limits(own) + profile_likelihood.warnings(result)
 
 
 def _without_error(result: GeneralCharacterisation) -> list[str]:

@@ -16,7 +16,7 @@ from fitting.inference.numbers import number
 from pneusma_jax.errors import counted
 
 from .. import profile_likelihood
-from ..characterisation import another_cause, ask, doubtful, limits
+from ..characterisation import another_cause, ask, doubtful, fitted_only, limits
 from ..general.text import how_errors_grew, large_drifts, lasting_sentence, lasting_zeros
 
 OPEN_MIXING_RULE = (
@@ -59,7 +59,7 @@ def verdict(result: SpringCharacterisation) -> list[str]:
         sentences.append(lasting_sentence(joint.correlation_time, joint.inflation, result.lasting))
     if reduced * result.joint.correlation_time < OVERSTATED:
         sentences.append(overstated_sentence(reduced))
-    loose = [e for e in result.identifiability if e["kind"] != "at_bound"]
+    loose = [e for e in result.identifiability if e["kind"] not in ("at_bound", "not_fitted")]
     if loose:
         sentences.append(loose[0]["text"])
     elif not warned:
@@ -155,7 +155,7 @@ def warnings(result: SpringCharacterisation) -> list[str]:
     far = far_from_nominal(recordings, result.fitted, result.joint.values)
     zeros = lasting_zeros(result.lasting)
     cause = [] if doubts(result) else another_cause(far, zeros, result.path)
-    sentences += [*far, *zeros, *cause, *limits(result.parameters)]
+    sentences += [*far, *zeros, *cause, *limits(fitted_only(result.parameters, result.identifiability))]
     sentences += profile_likelihood.warnings(result)
     sentences += [blind_sentence(score) for score in result.scores if score.uninformed > BLIND_SHARE]
     return sentences
