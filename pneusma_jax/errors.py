@@ -1,7 +1,8 @@
-"""The one error that a user's input can cause, and the sentence grammar it follows."""
+"""The one error and the one warning that a user's input can cause, and the grammar of their sentences."""
 
 import difflib
 import re
+import warnings
 from collections.abc import Iterable
 
 
@@ -10,6 +11,28 @@ class InputError(ValueError):
 
     The command line prints the message alone, without a traceback, and exits with code 2.
     """
+
+
+class Distrusted(UserWarning):
+    """Numbers of a file are used that the file itself says are not to be trusted.
+
+    The command line tells the message as a note, once.
+    """
+
+
+DISTRUSTED = "do not trust its numbers"
+"""Words after the name of the file in every message of `Distrusted`."""
+
+
+def distrusted(path: object, caution: str) -> str:
+    """Sentences on a file's numbers, by its name and what it says of them."""
+    return f"{path}: {DISTRUSTED}. {caution}"
+
+
+def warn_of(path: object, caution: str) -> None:
+    """Warn of numbers that are used; nothing without a caution."""
+    if caution:
+        warnings.warn(distrusted(path, caution), Distrusted, stacklevel=3)
 
 
 MOST_LISTED = 48

@@ -12,6 +12,8 @@ import os
 import re
 import sys
 import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any
 
 import click
@@ -122,6 +124,8 @@ OTHER_WORDS = {
 UNUSABLE_INPUT = 2  # exit code
 NO_NUMBER = re.compile(r"is not a (valid|number)|must be (a number|NAME=VALUE)")
 """Words of a line that refuses a text for a number."""
+DISTRUSTED = r"(?s).*: do not trust its numbers\. "
+"""Beginning of the message of `pneusma_jax.errors.Distrusted`, whose module loads late."""
 DECIMAL_COMMA = re.compile(r"(?<![\d.,])([+-]?\d+),(\d+)(?![\d.,])")
 """A number with a decimal comma, which separates no list of three or more."""
 
@@ -175,7 +179,8 @@ class LazyGroup(click.Group):
             if hasattr(stream, "reconfigure"):  # a terminal without UTF-8 gets ? for what it cannot show
                 stream.reconfigure(errors="replace")
         try:
-            code = super().main(args, prog_name, standalone_mode=False, **extra)
+            with _telling_distrust():
+                code = super().main(args, prog_name, standalone_mode=False, **extra)
         except click.exceptions.Abort:
             _leave("interrupted", 130)
         except click.ClickException as error:
@@ -191,6 +196,26 @@ class LazyGroup(click.Group):
                 raise
             _leave(str(error))
         sys.exit(code if isinstance(code, int) else 0)
+
+
+@contextmanager
+def _telling_distrust() -> Iterator[None]:
+    """Tell warnings of files whose numbers are not to be trusted as notes, each once, whatever is ignored."""
+    told: set[str] = set()
+    with warnings.catch_warnings():
+        warnings.filterwarnings("always", message=DISTRUSTED)
+        shown = warnings.showwarning
+
+        def tell(message: Warning | str, category: type[Warning], *place: Any) -> None:
+            text = " ".join(str(message).split())
+            if not re.match(DISTRUSTED, text):
+                shown(message, category, *place)
+            elif text not in told:
+                told.add(text)
+                click.echo(f"note: {text}", err=True)
+
+        warnings.showwarning = tell
+        yield
 
 
 def _leave(message: str, code: int = UNUSABLE_INPUT) -> None:

@@ -20,6 +20,8 @@ from .sealed import check_seal, remains
 
 h5py = Late("h5py")
 
+CAUTION = "caution"
+"""Attribute of a posterior's file: what its draws do not count, in sentences."""
 SIGNATURE = b"\x89HDF\r\n\x1a\n"
 _HEAD = 64
 """Number of bytes of a file that hold its size, in any version of the format."""
@@ -59,6 +61,11 @@ def opened(source: Path | bytes, name: str, what: str, more: str = "") -> Iterat
         raise
     except Exception as error:  # h5py raises a dozen types for damaged files
         raise InputError(f"{name}: cannot be read as {what} ({reason_of(error)}){more}") from None
+
+
+def caution_of(file: h5py.File) -> str:
+    """What the draws of a posterior do not count, in sentences; empty where they count everything."""
+    return str(file.attrs.get(CAUTION, ""))
 
 
 def _wrong_size(source: Path | bytes) -> str:

@@ -13,11 +13,22 @@ from pneusma_jax.units import TEMPERATURE_DIFFERENCE, UNITS, to_si
 
 SPRINGS = {field.name for field in dataclasses.fields(Alloy)}
 """Constants of an alloy that springs have."""
+WHAT = "the `posterior.nc` of `pneusma posterior`"
 _KNOWN = (
     {name: dimension for name, dimension in QUANTITIES["alloy"].items() if name in SPRINGS}
     | {"silicone_stiffness": "number"}
     | QUANTITIES["actuator"]
 )
+
+
+def posterior_caution(path: Path) -> str:
+    """What the draws of a `posterior.nc` do not count, in sentences; empty where they count everything.
+
+    Raises:
+        InputError: if the file cannot be read.
+    """
+    with hdf5.opened(path, str(path), WHAT) as file:
+        return hdf5.caution_of(file)
 
 
 def posterior_draws(path: Path, specimen: int | None = None) -> tuple[dict[str, np.ndarray], tuple[str, ...]]:
@@ -32,7 +43,7 @@ def posterior_draws(path: Path, specimen: int | None = None) -> tuple[dict[str, 
             and none or an unknown one is named. Also if a draw is not finite.
     """
     try:
-        with hdf5.opened(path, str(path), "the `posterior.nc` of `pneusma posterior`") as file:
+        with hdf5.opened(path, str(path), WHAT) as file:
             group = file["posterior"]
             found = {
                 n: (np.ravel(d[()]), d.attrs.get("unit", "1")) for n, d in group.items() if np.ndim(d) == 2

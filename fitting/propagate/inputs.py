@@ -23,11 +23,13 @@ class Draws:
         names: names of the numbers.
         table: [SI], shape (draws, names).
         source: file.
+        caution: what the file says they do not count; empty where they count everything.
     """
 
     names: tuple[str, ...]
     table: Float[np.ndarray, "draws names"]
     source: str = ""
+    caution: str = ""
 
 
 @dataclass(frozen=True, eq=False)

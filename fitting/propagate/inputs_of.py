@@ -13,7 +13,7 @@ import numpy as np
 from fitting.data import hdf5
 from fitting.inference.parameters.ties import RESERVED
 from fitting.specimens.rows import MARK
-from pneusma_jax.errors import InputError, counted, nearest
+from pneusma_jax.errors import InputError, counted, distrusted, nearest
 from pneusma_jax.units import UNITS, dimension_of, suggested_unit, to_si
 
 from .distributions import Gaussian, Marginal, from_scipy
@@ -58,7 +58,9 @@ def inputs_of(study: Study, response: Response) -> tuple[Inputs, list[str]]:
     draws = None if vary.posterior is None else read_draws(study.folder / vary.posterior)
     in_file = None if draws is None else draws.names
     if draws is not None:
+        caution = [distrusted(draws.source, draws.caution).rstrip(".")] if draws.caution else []
         draws, notices = _draws_of_model(draws, study, known)
+        notices = [*caution, *notices]
     _check_names(study, known, in_file)
     marginals = _marginals_of_priors(study, known)
     notices += _drop_tied(marginals, study, response)
@@ -309,7 +311,7 @@ def read_draws(place: Path) -> Draws:
     if not file.exists():
         raise InputError(f"{file}: there is no such file; `pneusma posterior` leaves one")
     with hdf5.opened(file, str(file), "a posterior of `pneusma posterior`") as content:
-        group = content["posterior"]
+        group, caution = content["posterior"], hdf5.caution_of(content)
         columns = {}
         for name in group:
             if group[name].ndim == 2:
@@ -323,4 +325,4 @@ def read_draws(place: Path) -> Draws:
         table = np.stack(list(columns.values()), axis=1)
     if len(table) < FEWEST_DRAWS or not np.all(np.isfinite(table)):
         raise InputError(f"{file}: {counted(len(table), 'draw')}: too few, or some are not finite")
-    return Draws(tuple(columns), table, str(file))
+    return Draws(tuple(columns), table, str(file), caution)

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from ..documents import read_text, shipped_names
-from ..errors import InputError, nearest
+from ..errors import InputError, nearest, warn_of
 from ..files import write_whole
 from .records import Calibration, Line, Prior, Quantity
 from .toml import SCHEMA, WANTED, parse_calibration, render_calibration
@@ -58,6 +58,9 @@ def load_calibration(name_or_path: str | Path | Calibration, kind: str | None = 
     Returns:
         The table, with values in internal units.
 
+    Warns:
+        Distrusted: if the file has a `caution`, which a characterisation writes whose law does not fit.
+
     Raises:
         InputError: if the table cannot be found or read, or is of another kind. Also if an entry is unknown,
             missing, of the wrong dimension or outside its own prior. One line: file, key, remedy.
@@ -72,7 +75,9 @@ def load_calibration(name_or_path: str | Path | Calibration, kind: str | None = 
 
 def _read(name_or_path: str | Path, kind: str | None) -> Calibration:
     path, place = _locate(name_or_path, kind)
-    return parse_calibration(read_text(place, path), path)
+    table = parse_calibration(read_text(place, path), path)
+    warn_of(path, table.text.get("caution", ""))
+    return table
 
 
 def named_table(table: Calibration, key: str) -> str:

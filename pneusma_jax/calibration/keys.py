@@ -89,11 +89,11 @@ POSITIVE = frozenset({
 
 REQUIRED_TEXT = ("schema", "name", "kind")
 TEXT = {
-    "alloy": (*REQUIRED_TEXT, "description", "citation"),
-    "silicone": (*REQUIRED_TEXT, "description", "citation", "law"),
+    "alloy": (*REQUIRED_TEXT, "description", "citation", "caution"),
+    "silicone": (*REQUIRED_TEXT, "description", "citation", "caution", "law"),
     "actuator": (
-        *REQUIRED_TEXT, "description", "citation", "material", "alloy", "section", "orientation", "bending",
-        *SIDES,
+        *REQUIRED_TEXT, "description", "citation", "caution", "material", "alloy", "section", "orientation",
+        "bending", *SIDES,
     ),
 }  # fmt: skip
 # words that a text of a table may be; the rest is free

@@ -71,8 +71,8 @@ class Calibration:
         description: one sentence.
         path: path of its file, or None if it was made in memory; equality ignores it.
         quantities: quantities by name, in the file's order.
-        text: the other strings: `citation`; `law` of a silicone; `material`, `alloy`, `side_1`, ... of a
-            design.
+        text: the other strings: `citation`; `caution`, why its numbers are not to be trusted; `law` of a
+            silicone; `material`, `alloy`, `side_1`, ... of a design.
         lines: closed lines by name: `outer_line` and `bore_line` of a design.
     """
 

@@ -8,16 +8,38 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 
 from fitting.characterise import characterise
+from fitting.cli import main
 from fitting.data.recordings import read_campaign
+from fitting.design.posterior_file import posterior_caution
 from fitting.inference.lasting_noise import Lasting
+from fitting.propagate import build_problem, read_study
+from fitting.propagate.inputs_of import read_draws
 from fitting.report.posterior import beside_fit
 from fitting.report.posterior.hierarchy import verdict as verdict_together
 from fitting.report.posterior.text import HOLD, verdict
 from fitting.sample.campaign import posterior_of
+from pneusma_jax.calibration import load_calibration
+from pneusma_jax.errors import DISTRUSTED, Distrusted
 
 TUBE = Path(str(resources.files("calibration_data"))) / "examples" / "tube"
+STUDY = """schema = "pneusma-study/1"
+name = "band"
+[model]
+through = "state"
+design = "pneuflex_s"
+pressure_kPa = 20.0
+[vary]
+posterior = "posterior.nc"
+posterior_specimen = 1
+[[output]]
+name = "angle"
+of = "bend_angle_deg"
+[sampling]
+rows = 100
+"""
 CREEP = 0.15
 """Swing of the length [mm] during a test that the law of a tube does not know; its noise is 0.06 mm."""
 
@@ -39,7 +61,7 @@ def judged(fit, converged=True):
     return SimpleNamespace(posterior=posterior, converged=converged, problem=SimpleNamespace(fit=fit))
 
 
-def test_a_posterior_of_a_misfit_begins_with_the_first_sentence_of_its_fit(crept):
+def test_a_posterior_of_a_misfit_begins_with_the_first_sentence_of_its_fit(crept, tmp_path):
     """Draws agreed with the fit 98 standard deviations from the truth, and the report said that errors hold."""
     sampled = posterior_of(crept, seed=1, progress=False, sampler="emcee", ensembles=2, max_steps=40)
     first = crept.verdict[0]
@@ -50,6 +72,28 @@ def test_a_posterior_of_a_misfit_begins_with_the_first_sentence_of_its_fit(crept
     assert report["notices"][0] == report["verdict"][0] == first
     assert any("`pneusma diagnose" in notice for notice in report["notices"])
     assert "does not fit these recordings" in documents["report.html"]
+    (tmp_path / "posterior.nc").write_bytes(documents["posterior.nc"])
+    said = read_draws(tmp_path).caution
+    assert said.startswith(first) and "`pneusma diagnose" in said
+    assert posterior_caution(tmp_path / "posterior.nc") == said
+    study = tmp_path / "study.toml"
+    study.write_text(STUDY)
+    notice = build_problem(read_study(study)).notices[0]
+    assert notice.startswith(f"{tmp_path / 'posterior.nc'}: {DISTRUSTED}. {first}")
+
+
+def test_a_table_of_a_law_that_does_not_fit_says_so_wherever_it_is_used(crept, tmp_path):
+    path = tmp_path / "material.toml"
+    path.write_text(crept.documents()["material.toml"])
+    with pytest.warns(Distrusted, match=DISTRUSTED) as told:
+        table = load_calibration(path)
+    assert crept.verdict[0] in str(told[0].message) and str(path) in str(told[0].message)
+    fits = replace(crept, fit=replace(crept.fit, reduced_chi_square=1.0), lasting=None)
+    assert "caution" not in fits.documents()["material.toml"] and "caution" in table.text
+    result = CliRunner().invoke(main, ["simulate", "--design", "pneuflex_s", "--pressure-kPa", "20", "--material", str(path)])
+    assert result.exit_code == 0, result.output
+    notes = [line for line in result.stderr.splitlines() if DISTRUSTED in line]
+    assert len(notes) == 1 and notes[0].startswith(f"note: {path}: ") and crept.verdict[0] in notes[0]
 
 
 def test_draws_that_agree_with_a_fit_that_misses_do_not_say_that_its_errors_hold(crept):

@@ -2,6 +2,7 @@
 
 from fitting.diagnose.verdict.conclusion import Conclusion
 from fitting.diagnose.verdict.probabilities import UNMODELLED
+from fitting.diagnose.verdict.text import verdict_sentences
 from fitting.specimens import specimen_of
 from fitting.specimens.saved_models import AddedDiscrepancy, AddedEffect, AugmentedModel, add_effect, fitted
 from pneusma_jax.calibration.keys import QUANTITIES
@@ -46,7 +47,10 @@ def model_of(conclusion: Conclusion, source: str, start: AugmentedModel | None =
     if conclusion.start.tables:  # a law that was fitted first, whose constants these are
         tables |= dict.fromkeys(conclusion.start.tables, f"{MATERIAL}.toml")
     added = *start.added, *_clipped_effects(conclusion, source), *_discrepancy(conclusion, source)
-    return AugmentedModel(common, added, {**start.tables, **tables}, own, "augmented", source)
+    unexplained = conclusion.mismatch and not conclusion.named
+    caution = verdict_sentences(conclusion)[0] if unexplained else ""
+    tables = {**start.tables, **tables}
+    return AugmentedModel(common, added, tables, own, "augmented", source, caution=caution)
 
 
 def _discrepancy(conclusion: Conclusion, source: str) -> list[AddedDiscrepancy]:

@@ -3,8 +3,8 @@
 from fitting.calibrate.elastomer.material import material
 from fitting.calibrate.elastomer.pipeline import ElastomerCharacterisation, estimates
 from fitting.data.csv_text import csv_rows
-from pneusma_jax.calibration.toml import render_calibration
 
+from ..cautions import table_of
 from ..characterisation import CSV_DIGITS, estimate_cells
 
 PARAMETERS = (
@@ -16,13 +16,13 @@ PARAMETERS = (
 def files(result: ElastomerCharacterisation) -> dict[str, str]:
     """Content of the files beside report and page, by file name."""
     found = {
-        "material.toml": render_calibration(material(result.whole, result.samples, result.title)),
+        "material.toml": table_of(material(result.whole, result.samples, result.title), result),
         "parameters.csv": _parameters_csv(result),
         "curve.csv": _curve_csv(result),
     }
     if result.actuator is not result.whole:
         title = f"{result.title}, an actuator's range"
-        found["material_actuator.toml"] = render_calibration(material(result.actuator, result.samples, title))
+        found["material_actuator.toml"] = table_of(material(result.actuator, result.samples, title), result)
     return found
 
 

@@ -6,11 +6,10 @@ from fitting.calibrate.general.pipeline import GeneralCharacterisation
 from fitting.calibrate.general.scores import overall
 from fitting.calibrate.general.tables import geometry_toml, tables
 from fitting.calibrate.quoted import KELVIN
-from fitting.specimens.saved_models.files import render_model
-from pneusma_jax.calibration.toml import render_calibration
 from pneusma_jax.units import from_si
 
 from .. import characterisation
+from ..cautions import model_of, table_of
 from ..cells import number
 from ..report import Points, Report, Section
 from ..table import Table
@@ -66,13 +65,13 @@ def _subtitle(result: GeneralCharacterisation) -> str:
 
 def _files(result: GeneralCharacterisation) -> dict[str, str]:
     """Constants for other commands, and `parameters.csv`; `augmented.toml` for a model on disk."""
-    found = {name: render_calibration(table) for name, table in tables(result).items()}
+    found = {name: table_of(table, result) for name, table in tables(result).items()}
     found["parameters.csv"] = characterisation.parameters_csv(result.parameters)
     geometry = geometry_toml(result) if len(result.campaign.specimens()) == 1 else ""
     if geometry:
         found["geometry.toml"] = geometry
     model = result.augmented()
-    return found if model is None else found | {"augmented.toml": render_model(model)}
+    return found if model is None else found | {"augmented.toml": model_of(model, result)}
 
 
 def _parameters(result: GeneralCharacterisation) -> Table:

@@ -4,7 +4,6 @@ Draws take the noise of the fit. If the law misses its recordings, they gather a
 same, and agree with the fit's Gaussian there.
 """
 
-from collections.abc import Sequence
 from functools import singledispatch
 
 from fitting.calibrate.elastomer.pipeline import ElastomerCharacterisation
@@ -14,8 +13,7 @@ from fitting.calibrate.spring.pipeline import SpringCharacterisation
 from fitting.inference.lasting_noise import Lasting
 from fitting.inference.numbers import number
 
-from ..cautions import cautions
-from ..elastomer.text import left_by
+from ..cautions import distrust
 from ..general.text import error_factors
 
 
@@ -43,18 +41,6 @@ def opening(fit: Characterisation | None) -> list[str]:
     if doubts:
         said.append("A wrong law makes draws that agree with each other and not with the specimen.")
     return said
-
-
-@singledispatch
-def distrust(fit: Characterisation | None) -> Sequence[str]:
-    """Sentences on constants that are not to be trusted, with which the report of the fit begins."""
-    return cautions(fit)
-
-
-@distrust.register
-def _(fit: ElastomerCharacterisation) -> Sequence[str]:
-    """What the selected law leaves beyond noise; the report of the fit says it after the law."""
-    return left_by(fit)
 
 
 @singledispatch

@@ -11,9 +11,11 @@ from collections.abc import Mapping
 import h5py
 import numpy as np
 
+from fitting.data.hdf5 import CAUTION
 from fitting.data.sealed import sealed
 from fitting.sample.campaign import CampaignPosterior
 
+from .beside_fit import opening
 from .text import library_of
 
 PRIOR_DRAWS = 2000
@@ -36,6 +38,8 @@ def netcdf(result: CampaignPosterior) -> bytes:
         file.attrs["title"] = f"Posterior of {problem.title}"
         file.attrs["inference_library"] = library_of(posterior.settings)
         file.attrs["converged"] = int(posterior.converged)
+        if caution := " ".join(opening(problem.fit)):
+            file.attrs[CAUTION] = caution
         file.attrs["burn_in"], file.attrs["thin"] = posterior.convergence.burn_in, posterior.convergence.thin
         sizes = {"chain": ensembles * walkers, "draw": next(iter(draws.values())).shape[1]}
         _group(file, "posterior", sizes, {n: (("chain", "draw"), v) for n, v in draws.items()}, units)

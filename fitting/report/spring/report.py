@@ -2,10 +2,10 @@
 
 from fitting.calibrate.spring.pipeline import SpringCharacterisation
 from fitting.calibrate.spring.scores import overall
-from pneusma_jax.calibration.toml import render_calibration
 from pneusma_jax.units import from_si
 
 from .. import characterisation
+from ..cautions import table_of
 from ..cells import number
 from ..report import Points, Report, Section
 from ..table import Table
@@ -49,7 +49,7 @@ def report_of(result: SpringCharacterisation) -> Report:
         footer=characterisation.footer(result.seed),
         content=lambda: content(result),
         files=lambda: {
-            "alloy.toml": render_calibration(result.table()),
+            "alloy.toml": table_of(result.table(), result),
             "parameters.csv": characterisation.parameters_csv(result.parameters),
         },
     )  # fmt: skip

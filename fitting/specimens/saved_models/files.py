@@ -29,7 +29,7 @@ from pneusma_jax.calibration.records import Quantity
 from pneusma_jax.calibration.toml import quantity_entry, read_plausible, read_quantity
 from pneusma_jax.documents import check_keys, parse_toml, read_document
 from pneusma_jax.effects import find_effect
-from pneusma_jax.errors import InputError, nearest
+from pneusma_jax.errors import InputError, nearest, warn_of
 from pneusma_jax.late import tomlkit
 from pneusma_jax.pipeline import Effect
 from pneusma_jax.units import TEMPERATURE, TEMPERATURE_DIFFERENCE, UNITS
@@ -47,7 +47,7 @@ from .model import (
 
 SCHEMA = "pneusma-model/1"
 TABLES = ("design", "alloy", "material")
-TOP = ("schema", "name", "description", "base", "specimen", "effect")
+TOP = ("schema", "name", "description", "caution", "base", "specimen", "effect")
 PLAIN = "1"
 """Unit that stands in for one that only an effect has, such as `1/N`, while a number is read or written."""
 
@@ -60,6 +60,9 @@ def load_model(path: str | Path) -> AugmentedModel:
 
     Returns:
         The model, its values in SI. Relative paths of tables count from the file's folder.
+
+    Warns:
+        Distrusted: if the file has a `caution`.
 
     Raises:
         InputError: one line with file, key and remedy, for anything unknown, missing or impossible.
@@ -77,6 +80,8 @@ def load_model(path: str | Path) -> AugmentedModel:
     if not isinstance(specimens, dict) or not all(isinstance(own, dict) for own in specimens.values()):
         raise InputError(f'{path}: specimen must be tables, [specimen."NAME"], one for each')
     numbers = {key: entry for key, entry in base.items() if key not in TABLES}
+    caution = document.get("caution", "")
+    warn_of(path, caution)
     return AugmentedModel(
         base=_base(numbers, f"{path}: [base]"),
         added=tuple(_effects(document.get("effect", []), path)),
@@ -85,6 +90,7 @@ def load_model(path: str | Path) -> AugmentedModel:
         name=document.get("name", path.stem),
         description=document.get("description", ""),
         path=path,
+        caution=caution,
     )
 
 
@@ -99,7 +105,7 @@ def is_model(path: str | Path) -> bool:
 
 def _read(path: Path) -> dict[str, Any]:
     document = read_document(path, path, "a model", SCHEMA, TOP)
-    for key in ("name", "description"):
+    for key in ("name", "description", "caution"):
         if not isinstance(document.get(key, ""), str):
             raise InputError(f"{path}: {key} must be text, but it is {document[key]!r}")
     return document
@@ -218,6 +224,8 @@ def render_model(model: AugmentedModel) -> str:
     document["schema"], document["name"] = SCHEMA, model.name
     if model.description:
         document["description"] = model.description
+    if model.caution:
+        document["caution"] = model.caution
     base = tomlkit.table()
     for key, word in model.tables.items():
         base[key] = word

@@ -85,6 +85,7 @@ class AugmentedModel:
         specimens: quantities as in `base`, for single specimens, by the name that recordings state.
         name, description: texts for people.
         path: file that it was read from, or None.
+        caution: why its numbers are not to be trusted; empty where they are.
     """
 
     base: Base = field(default_factory=dict)
@@ -94,6 +95,7 @@ class AugmentedModel:
     name: str = "model"
     description: str = ""
     path: Path | None = field(default=None, compare=False)
+    caution: str = ""
 
     @property
     def effects(self) -> tuple[Effect, ...]:
