@@ -11,6 +11,7 @@ from fitting.data.recordings import Campaign, Recording, all_real, notices_of_re
 from fitting.inference.notes import of_several
 from fitting.inference.parameters import Parameters
 from fitting.specimens import Model, Rows, kind_of, residual_of, specimen_of, stack
+from fitting.specimens.correlated_noise import spread_of
 from pneusma_jax.units import from_si
 
 from .problem import Curve, Problem
@@ -114,5 +115,5 @@ def _curve(recording: Recording, rows: Rows, quantity: str) -> Curve:
         y_column=column,
         x=np.asarray(from_si(x, _unit(x_column))),
         measured=np.where(counted, measured, np.nan),
-        sigma=np.where(counted, sigma, np.nan),
+        sigma=np.where(counted, sigma * spread_of(rows, quantity), np.nan),
     )

@@ -46,6 +46,16 @@ class Whitening(eqx.Module):
         part = jnp.sum(self.modes * self.shrunk, axis=0)
         return self.modes * jnp.sqrt(part * (2.0 - part))
 
+    @property
+    def spread(self) -> Float[Array, " rows"]:
+        """Standard deviation of a row's noise with its zero, in that of the stated noise.
+
+        It is that of a new recording, whose zero nobody knows yet.
+        """
+        part = jnp.sum(self.modes * self.shrunk, axis=0)
+        zero = self.modes**2 @ (1.0 / (1.0 - part) ** 2 - 1.0)
+        return self.scale * jnp.sqrt(1.0 + zero)
+
 
 def whitening(rows: Rows, output: str, size: Size) -> Whitening:
     """Transformation of one output, for zeros of this size."""
@@ -61,6 +71,17 @@ def correlated(rows: Rows, sizes: Mapping[str, Size]) -> Rows:
     """The same recording with noise that is correlated by zeros of these sizes, by output."""
     own = {name: whitening(rows, name, sizes[name]) for name in rows.weight if name in sizes}
     return replace(rows, extra={**rows.extra, KEY: own})
+
+
+def spread_of(rows: Rows, output: str) -> Float[np.ndarray, " rows"]:
+    """Standard deviation of each row's noise over the stated one [1], zeros of instruments included.
+
+    Args:
+        rows: one recording.
+        output: name of the output.
+    """
+    known = rows.extra.get(KEY, {})
+    return np.asarray(known[output].spread) if output in known else np.ones(len(rows.mask))
 
 
 def correlated_stack(stacked: Rows, sizes: Mapping[str, Size]) -> Rows:

@@ -1,5 +1,7 @@
 """The band of new measurements holds what it says, and never less than the model's own band."""
 
+from importlib import resources
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -7,8 +9,12 @@ import pytest
 from matplotlib.figure import Figure
 from scipy.stats import norm
 
+from fitting.characterise import characterise
+from fitting.data.recordings import read_campaign
 from fitting.report.posterior import figures
 from fitting.sample.bands import measurement_band
+from fitting.sample.models import model_problem
+from fitting.specimens.correlated_noise import correlated, spread_of
 
 LEVELS = (0.05, 0.95)
 RANDOM = np.random.default_rng(3)
@@ -50,3 +56,40 @@ def test_the_figure_draws_both_bands_from_the_same_draws():
     for axes in (above, below):
         measured, model = (band.get_paths()[0].get_extents() for band in axes.collections[:2])
         assert measured.y0 <= model.y0 and measured.y1 >= model.y1
+
+
+@pytest.fixture(scope="module")
+def tubes():
+    """The rows of two shipped tubes."""
+    campaign = read_campaign(Path(str(resources.files("calibration_data"))) / "examples" / "tube")
+    return characterise(campaign, starts=1, profile=0)
+
+
+def problem_of(fit, rows):
+    return model_problem(fit.title, fit.fit.recordings, rows, fit.fitted)
+
+
+def test_the_noise_of_a_new_measurement_has_the_zero_of_its_instrument(tubes):
+    """The band had white noise only, where the fit had found a zero that drifts by several times that."""
+    offset, drift, scale = 3.0, 2.0, 1.5
+    rows = [correlated(one, {"length": (drift, offset, scale)}) for one in tubes.fit.rows]
+    white, zeros = (problem_of(tubes, some).curves for some in (tubes.fit.rows, rows))
+    for one, other, own in zip(white, zeros, rows, strict=True):
+        there = np.isfinite(one.sigma)
+        np.testing.assert_allclose(other.sigma[there], one.sigma[there] * spread_of(own, "length")[there])
+        grown = spread_of(own, "length")[there] / scale
+        assert grown[0] > 0.9 * np.hypot(1.0, offset / scale) and grown[-1] > 1.1 * grown[0]  # it drifts from the start
+
+
+def test_the_spread_is_the_diagonal_of_the_covariance_that_a_fit_takes(tubes):
+    rows = correlated(tubes.fit.rows[0], {"length": (2.0, 3.0, 1.5)})
+    noise = rows.extra["correlated"]["length"]
+    count = len(rows.mask)
+    root = np.asarray(noise(np.eye(count)))
+    held = np.asarray(rows.weight["length"]) > 0.0
+    covariance = np.linalg.inv((root.T @ root)[np.ix_(held, held)])
+    np.testing.assert_allclose(spread_of(rows, "length")[held], np.sqrt(np.diag(covariance)), rtol=1e-6)
+
+
+def test_white_noise_stays_as_stated(tubes):
+    assert np.all(spread_of(tubes.fit.rows[0], "length") == 1.0)
