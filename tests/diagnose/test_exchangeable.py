@@ -36,7 +36,7 @@ def test_a_constant_that_hides_an_offset_is_told_with_the_offset():
     unknowns = conclusion.explanation.program.unknowns
     assert unknowns.items[one.constant].name == "constant_0" and unknowns.items[one.strength].name == "offset"
     assert one.value == pytest.approx(1.5, abs=0.15) and not one.named
-    (sentence,) = exchange_sentences(conclusion)
+    (sentence,) = exchange_sentences(conclusion, conclusion.exchanges)
     assert "constant_0" in sentence and "offset = 15" in sentence and "Pa" in sentence and "explains the same" in sentence
     assert verdict_sentences(conclusion)[-1] == sentence
     (told,) = content(conclusion)["exchangeable"]
@@ -45,7 +45,7 @@ def test_a_constant_that_hides_an_offset_is_told_with_the_offset():
 
 def test_a_constant_that_moved_by_itself_is_not_told_where_no_instrument_does_the_same():
     conclusion = concluded(pressurised(alike=0.0), base=(0.8,))
-    assert not conclusion.mismatch and conclusion.exchanges == [] and exchange_sentences(conclusion) == []
+    assert not conclusion.mismatch and conclusion.exchanges == [] and exchange_sentences(conclusion, conclusion.exchanges) == []
 
 
 def test_a_constant_at_its_nominal_value_hides_nothing():
@@ -60,5 +60,6 @@ def test_a_named_effect_that_goes_with_a_constant_is_told_with_its_value_at_the_
     program, fit = conclusion.model
     (one,) = exchanges_of(program, fit)
     assert one.named and one.value == pytest.approx(1.5, abs=0.15)
-    (sentence,) = exchange_sentences(conclusion)
+    (sentence,) = exchange_sentences(conclusion, conclusion.exchanges)
+    assert verdict_sentences(conclusion)[-1] == sentence
     assert "do not tell pressure_calibration from" in sentence and "Measure constant_0 again" in sentence

@@ -48,7 +48,7 @@ def test_something_unmodelled_has_evidence_on_the_scale_of_the_candidates(refute
     assert "what the misfit beyond noise is worth. An effect may have more" in said
     assert f"log Bayes factor {refuted.found[0].bayes:.0f}." in said
     assert "do not tell it from" not in said  # after `which leaves too much`
-    assert f"Misfit counts by 1/{x.inflation:.2g} in every log Bayes factor" in candidate_table(refuted).note
+    assert f"In every log Bayes factor of this page misfit counts 1/{x.inflation:.2g} of" in candidate_table(refuted).note
 
 
 @pytest.mark.parametrize("confusable", [[], [CONSTANT]])

@@ -269,9 +269,8 @@ def advice(found: Sequence[Repeat]) -> str:
         return "Measuring any of these once more would shrink no error bar by more than 2 %."
     helped = ", ".join(f"{name} to {100.0 * ratio:.0f} %" for name, ratio in best.shrinks)
     return (
-        f"Of repeats of what was measured, one more like {best.name} says most ({best.information:.1f} "
-        f"nats of information). It would shrink the error of {helped} of what it is. Tests of another kind "
-        "were not compared."
+        f"Of all repeats, one of {best.name} would tell most ({best.information:.1f} nats of information). "
+        f"It would shrink the error of {helped} of its present size. Tests of another kind were not compared."
     )
 
 

@@ -201,7 +201,7 @@ def _sentence(candidates: Sequence[Candidate]) -> str:
     best = candidates[0]
     helped = ", ".join(f"{name} to {100.0 * ratio:.0f} %" for name, ratio in best.shrinks)
     text = f"{best.text[0].upper()}{best.text[1:]}: expected information {best.information:.1f} nats"
-    text += f"; it would shrink the error of {helped} of what it is." if helped else "."
+    text += f"; it would shrink the error of {helped} of its present size." if helped else "."
     first: dict[str, Candidate] = {}  # that shrinks a constant most of all, the most informative
     for candidate in candidates:
         if candidate.shrinks:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -21,6 +21,7 @@ from ..fit.misfit import limit_of, range_of, relative_error
 from ..fit.prediction import predictive_chi_square
 from ..settings import DEFAULT
 from .conclusion import Conclusion
+from .exchangeable import Exchange
 from .unexplained import missed_beyond_drift
 
 EXCESS = DEFAULT.excess
@@ -43,7 +44,8 @@ def verdict_sentences(conclusion: Conclusion) -> list[str]:
     verdict, rival = _or_without_turns(conclusion, verdict)
     other = ["No [geometry] is stated: another specimen than the source's looks like this, too."]
     other = other if unstated(conclusion) else []
-    exchanged = exchange_sentences(conclusion)[:1]  # the page has all of them
+    near = [one for one in conclusion.exchanges if one.named or not conclusion.named]  # the page has all
+    exchanged = exchange_sentences(conclusion, near)[:1]
     return [verdict, *_open(conclusion), *other, *rival, *behind, *exchanged]
 
 
@@ -71,8 +73,13 @@ def _or_without_turns(conclusion: Conclusion, verdict: str) -> tuple[str, list[s
     return both, [told, *(f.text for f in rival.found)]
 
 
-def exchange_sentences(conclusion: Conclusion) -> list[str]:
-    """Sentences on constants and errors of instruments that explain the same, the largest move first."""
+def exchange_sentences(conclusion: Conclusion, chosen: Sequence[Exchange]) -> list[str]:
+    """Sentences on constants and errors of instruments that explain the same, the largest move first.
+
+    Args:
+        conclusion: the conclusion.
+        chosen: those of its `exchanges` that are told.
+    """
     program, fit = conclusion.model
     specimens, said = [r.specimen for r in program.recordings], []
 
@@ -80,7 +87,7 @@ def exchange_sentences(conclusion: Conclusion) -> list[str]:
         difference = item.unit == "K"
         return amount(number(float(from_si(value, item.unit, difference=difference)), ".4g"), item.unit)
 
-    for one in sorted(conclusion.exchanges, key=lambda x: -abs(fit.u[x.constant])):
+    for one in sorted(chosen, key=lambda x: -abs(fit.u[x.constant])):
         constant, strength = (program.unknowns.items[k] for k in (one.constant, one.strength))
         name = of_specimen(constant.name, specimens)
         nominal, now = (sized(constant, float(constant.value(u))) for u in (0.0, fit.u[one.constant]))
@@ -266,7 +273,26 @@ def _in_units(conclusion: Conclusion, found: str = "") -> list[str]:
         size = f"{first} ({number(100.0 * share, '.2g')} % of its range)"
         both = f"{size} without {found} and {then} with {found}" if found else size
         said.append(f"of {quantity.replace('_', ' ')} is {both}")
-    return [f"The root mean square error {', that '.join(said)}."] if said else []
+    if not said:
+        return []
+    apart = [_MEASURES] if found and _opposed(conclusion, after) else []
+    return [f"The root mean square error {', that '.join(said)}.", *apart]
+
+
+_MEASURES = (
+    "Chi-square and root mean square error go opposite ways: the first weighs every row by its noise and its "
+    "correlation with neighbours, the second weighs all rows alike."
+)
+
+
+def _opposed(conclusion: Conclusion, after: Mapping[str, float]) -> bool:
+    """True if the reduced chi-square falls while a root mean square error rises, as shown, or the reverse."""
+    kind = conclusion.explanation.program.kind
+    falls = number(conclusion.after.reduced_chi2) != number(conclusion.before.reduced_chi2)
+    down = conclusion.after.reduced_chi2 < conclusion.before.reduced_chi2
+    errors = [(number(before), number(after[c])) for c, before in conclusion.before.by_column(kind).items()]
+    changed = [(float(b), float(a)) for b, a in errors if a != b]
+    return falls and bool(changed) and all((a < b) is not down for b, a in changed)
 
 
 def _sized(value: float, unit: str) -> str:

@@ -109,7 +109,8 @@ def _findings(conclusion: Conclusion) -> list[Block]:
 
 def _absorbed(conclusion: Conclusion) -> list[Block]:
     table = base_table(conclusion)
-    return [table if table.rows else text.ALL_EXACT, Points(exchange_sentences(conclusion))]
+    exchanged = exchange_sentences(conclusion, conclusion.exchanges)
+    return [table if table.rows else text.ALL_EXACT, Points(exchanged)]
 
 
 def _discrepancy(conclusion: Conclusion) -> list[Section]:

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from fitting.data.recordings import schema
 from fitting.diagnose.evaluate.noise_used import noise_used
 from fitting.diagnose.fit.base_fit import at_bound
 from fitting.diagnose.fit.misfit import reduced
@@ -57,7 +58,7 @@ def effect_table(conclusion: Conclusion, found: Found) -> Table:
         item = items[name]
         ends = " to ".join(number(float(item.value(end))) for end in (item.low, item.high))
         sd = number(entry["sd"], ".2g")
-        rows.append([item.text, number(entry["value"], ".4g"), sd, entry["unit"], ends])
+        rows.append([f"{name}: {item.text}", number(entry["value"], ".4g"), sd, entry["unit"], ends])
     notes = [text_of_ends(conclusion, found), text_of_moving(conclusion)] if found.parameters else []
     note = " ".join(filter(None, notes))
     return Table(["parameter", "value", "standard error", "unit", "physical range"], rows, note)
@@ -122,8 +123,8 @@ def _deflated(conclusion: Conclusion) -> str:
     if inflation == "1":
         return ""
     return (
-        f" Misfit counts by 1/{inflation} in every log Bayes factor of this page: even the best of these "
-        "models leaves more than noise, or its neighbouring errors are alike."
+        f" In every log Bayes factor of this page misfit counts 1/{inflation} of what it would otherwise. "
+        "For even the best of these models leaves more than noise, or its neighbouring errors are alike."
     )
 
 
@@ -193,11 +194,18 @@ def shown_knots(rest: Discrepancy) -> np.ndarray:
     return np.where(np.abs(rest.knots) < ROUNDING * np.ptp(rest.knots), 0.0, rest.knots)
 
 
+def file_unit(quantity: str, kind: str) -> str:
+    """Unit of a quantity in recordings of a kind; that of SI where they have no such column."""
+    column = schema.column_of(kind, quantity)
+    return unit_of(quantity) if column is None else schema.quantity_and_unit(column)[1]
+
+
 def discrepancy_table(conclusion: Conclusion) -> Table:
     """Table of the model discrepancy at its knots."""
-    rest = conclusion.remainder
-    unit = unit_of(rest.quantity)
-    header = [with_unit(rest.driver, unit_of(rest.driver)),
+    rest, kind = conclusion.remainder, conclusion.explanation.program.kind
+    unit, along = file_unit(rest.quantity, kind), file_unit(rest.driver, kind)
+    header = [with_unit(rest.driver, along),
               with_unit(f"correction of {rest.quantity}", unit), with_unit("sd", unit)]  # fmt: skip
-    knots = zip(shown_knots(rest), rest.values, rest.sd, strict=True)
+    values, sd = (from_si(x, unit, difference=True) for x in (rest.values, rest.sd))
+    knots = zip(from_si(shown_knots(rest), along), values, sd, strict=True)
     return Table(header, [[number(x, ".4g"), number(y, ".4g"), number(sd, ".2g")] for x, y, sd in knots])

@@ -6,10 +6,10 @@ from fitting.diagnose.verdict.probabilities import UNMODELLED, Found
 from fitting.diagnose.verdict.text import base_named, went
 from fitting.inference.notes import capital, joined
 from pneusma_jax.errors import counted
-from pneusma_jax.model_discrepancy import unit_of
+from pneusma_jax.units import amount, from_si
 
-from ..cells import number, with_unit
-from .tables import shown_knots
+from ..cells import number
+from .tables import file_unit, shown_knots
 
 NOTHING_FOUND = "Nothing needs to be added to the base model."
 NO_CANDIDATE = "No candidate came near explaining anything."
@@ -91,9 +91,9 @@ def race(conclusion: Conclusion) -> str:
 def discrepancy(conclusion: Conclusion) -> str:
     """Sentence on the model discrepancy that describes the remaining misfit."""
     rest = conclusion.remainder
-    first, *_, last = shown_knots(rest)
-    ends = f"between {number(first, '.4g')} and {number(last, '.4g')}"
-    span = with_unit(f"{rest.driver} {ends}", unit_of(rest.driver))
+    along = file_unit(rest.driver, conclusion.explanation.program.kind)
+    first, *_, last = from_si(shown_knots(rest), along)
+    span = amount(f"{rest.driver} between {number(first, '.4g')} and {number(last, '.4g')}", along)
     return (
         f"With a smooth function of {span}, added to {rest.quantity}, "
         "the misfit of recordings that were not fitted "

@@ -18,8 +18,9 @@ from .figures import pictures
 from .payload import content, most_rows
 
 SCORES = (
-    "MAE and RMSE in the unit of the column. RPD is the mean relative difference (Eq. 2.52) of absolute "
-    f"values. {characterisation.SIGNED} The last column is the misfit over the noise."
+    "MAE and RMSE in the unit of the column. RPD is the mean relative difference (Eq. 2.52 of the "
+    f"dissertation) of absolute values. {characterisation.SIGNED} The last column is the misfit over the "
+    "noise."
 )
 HELD = "Numbers that were held."
 NOTHING = "Nothing: everything that was free is known better than before."
@@ -28,7 +29,7 @@ NOTHING = "Nothing: everything that was free is known better than before."
 def report_of(result: GeneralCharacterisation) -> Report:
     """The report of the result."""
     drawn = pictures(result)
-    loose = [entry["text"] for entry in result.identifiability] or [NOTHING]
+    loose = text.open_sentences(result.identifiability, set(result.unseen)) or [NOTHING]
     notices = notices_of(result.fit.recordings, result.fitted, most_rows(result))
     return Report(
         title=result.title,

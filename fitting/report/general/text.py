@@ -87,10 +87,12 @@ def doubts(result: GeneralCharacterisation) -> list[str]:
 def _told(result: GeneralCharacterisation) -> str:
     """A sentence where no constant stays open: all were told, or all but those that stopped at a bound."""
     stopped = [name for name, entry in result.fitted.items() if entry.free and entry.at_bound]
-    better = "each better than was known before"
     if not stopped:
-        return f"These recordings determine everything that was free, {better}."
-    return f"These recordings determine what was free, {better}, but for {joined(stopped)} at a bound."
+        return "From these recordings every free constant is known better than before."
+    return (
+        "From these recordings every free constant is known better than before, except "
+        f"{joined(stopped)}, at a bound."
+    )
 
 
 def _counted(inflation: float, lasting: Lasting | None) -> str:
@@ -148,12 +150,12 @@ def lasting_zeros(found: Lasting | None) -> list[str]:
     if found is None or not seen:
         return []
     sizes = "; ".join(_zero(found, name) for name in seen)
-    done = f"Errors were multiplied by up to {number(_grown(found), '.2g')} for it"
+    done = f"Errors were multiplied by up to {number(_grown(found), '.2g')} for that"
     if found.fitted_beside_zeros:
         done = "Constants were fitted beside such zeros, and intervals count these as noise alone"
     return [
-        f"What is left changes slowly, as if zeros of instruments were off: {sizes} times its noise. "
-        f"{done}. Read zeros before and after each test."
+        f"The residuals change slowly, as if instruments had wrong zeros: {sizes} times its noise. "
+        f"{done}. Read the instruments at rest before and after each test."
     ]
 
 
@@ -313,6 +315,11 @@ TOGETHER = {
         "Their errors, of the profile likelihoods, have one side only. The errors of the other constants "
         "hold if the true values are these bounds."
     ),
+    "end_of_range": (
+        "are at ends of their ranges, where the law has special forms. They have no errors. The errors of "
+        "the other constants hold if the true values are these ends. `pneusma diagnose` leaves them open "
+        "within their ranges, so the errors that it quotes are larger."
+    ),
     "at_start": "are still at the values they started from: these recordings do not show them.",
     "held": (
         "are still at the values they started from. They were held, because only a recording that takes the "
@@ -332,6 +339,8 @@ def _grouped_warnings(entries: Sequence[Mapping[str, Any]], held: Set[str] = fro
     """
     sentences = []
     for status in TOGETHER:
+        if status == "end_of_range":  # which needs no warning
+            continue
         same_status = [e for e in entries if _status(e, held) == status]
         names = [name for e in same_status for name in e["parameters"]]
         if TOGETHER[status] and len(names) > 1:
@@ -339,6 +348,21 @@ def _grouped_warnings(entries: Sequence[Mapping[str, Any]], held: Set[str] = fro
         else:
             sentences += [e["text"] for e in same_status]
     return sentences
+
+
+def open_sentences(entries: Sequence[Mapping[str, Any]], held: Set[str] = frozenset()) -> list[str]:
+    """A sentence for every entry, and one for all parameters of the same status; as `_grouped_warnings`."""
+    by_status: dict[str, list[Mapping[str, Any]]] = {}
+    for entry in entries:
+        by_status.setdefault(_status(entry, held), []).append(entry)
+    said = []
+    for status, same in by_status.items():
+        names = [name for entry in same for name in entry["parameters"]]
+        if len(same) > 1 and TOGETHER.get(status):
+            said.append(f"{joined(names)} {TOGETHER[status]}")
+        else:
+            said += [entry["text"] for entry in same]
+    return said
 
 
 def _status(entry: Mapping[str, Any], held: Set[str]) -> str:

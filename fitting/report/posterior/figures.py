@@ -54,8 +54,8 @@ def pictures(result: CampaignPosterior) -> dict[str, Picture]:
         Picture(
             "predictive",
             "Measured values, with two bands: 90 % of the curves that the draws predict, and 90 % of new "
-            "measurements with their noise. That noise has zeros of instruments that drift where the fit found "
-            "such. Below: measured less the median."
+            "measurements with their noise. It has zeros of instruments that drift where the fit found such. "
+            "Below: measured less the median."
             + only_first(MOST_CURVES, len(result.problem.curves), "curves"),
             lambda: predictive_figure(result),
         ),
