@@ -1,5 +1,6 @@
 """Sentences and tables that a new user had to read twice: what they say now, and what they agree with."""
 
+import copy
 import dataclasses
 
 import numpy as np
@@ -11,7 +12,7 @@ from fitting.diagnose.verdict.conclude import conclude
 from fitting.diagnose.verdict.text import verdict_sentences
 from fitting.report.diagnosis import text
 from fitting.report.diagnosis.model import model_of
-from fitting.report.diagnosis.tables import discrepancy_table, effect_table
+from fitting.report.diagnosis.tables import base_table, discrepancy_table, effect_table
 from fitting.report.general.text import open_sentences
 from fitting.specimens.saved_models import DIAGNOSIS
 
@@ -73,3 +74,16 @@ def test_the_model_of_recordings_that_nothing_explains_is_not_to_be_trusted(conc
     nobody = dataclasses.replace(concluded, found=[f for f in concluded.found if f.slug == "unmodelled"] or [])
     if nobody.found:
         assert model_of(nobody, f"{DIAGNOSIS} tubes, seed 1").caution == verdict_sentences(nobody)[0]
+
+
+def test_a_constant_of_a_specimen_that_was_not_fitted_is_as_stated(concluded):
+    """It was shown as refitted, at exactly its nominal value."""
+    recordings = [dataclasses.replace(r, specimen="B", role="validation") if k == 1 else r for k, r in enumerate(concluded.explanation.program.recordings)]
+    unknowns = concluded.explanation.program.unknowns
+    named = copy.copy(unknowns)
+    named.items = tuple(dataclasses.replace(i, name=f"length__{k + 1}") if not i.effect else i for k, i in enumerate(unknowns.items))
+    program = dataclasses.replace(concluded.explanation.program, recordings=recordings, unknowns=named)
+    table = base_table(dataclasses.replace(concluded, explanation=dataclasses.replace(concluded.explanation, program=program)))
+    first, second = table.rows
+    assert first[0] == "length of T" and "sd)" in first[2]
+    assert second[0] == "length of B" and set(second[2:-1]) == {"as stated"}

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from fitting.calibrate.open_constants import of_unfitted
 from fitting.data.recordings import schema
 from fitting.diagnose.evaluate.noise_used import noise_used
 from fitting.diagnose.fit.base_fit import at_bound
@@ -19,6 +20,8 @@ from pneusma_jax.units import from_si
 from ..cells import number, with_unit
 from ..table import Table
 
+NOT_FITTED = "as stated"
+"""Text of a constant of a specimen of which no recording was fitted."""
 NONE = "-"
 """Text of an empty cell."""
 CANDIDATES = (
@@ -168,7 +171,8 @@ def noise_table(conclusion: Conclusion) -> Table:
 def base_table(conclusion: Conclusion) -> Table:
     """Table of the base model's constants: nominal, refitted alone and, where any were found, with effects.
 
-    A constant that nothing but its bound holds is marked.
+    A constant that nothing but its bound holds is marked. One of a specimen of which no recording is fitted
+    is as stated.
     """
     x, final = conclusion.explanation, conclusion.model[1]
     unknowns, specimens = x.program.unknowns, [r.specimen for r in x.program.recordings]
@@ -177,14 +181,18 @@ def base_table(conclusion: Conclusion) -> Table:
         fits.append(final)
         header[2:] = ["refitted alone", "refitted with what was found"]
     held = [at_bound(unknowns, fit) for fit in fits]
+    names = [unknowns.items[k].name for k in unknowns.base]
+    aside = {name for own in of_unfitted(names, x.program.recordings).values() for name in own}
     rows = []
     for k in unknowns.base:
         item = unknowns.items[k]
         shown = lambda v, item=item: number(float(from_si(v, item.unit, item.unit == "K")), ".4g")  # noqa: E731
         cells = [
-            f"{shown(item.value(fit.u[k]))} ({fit.u[k]:+.1f} sd{', at its bound' * (item.name in names)})"
-            for fit, names in zip(fits, held, strict=True)
+            f"{shown(item.value(fit.u[k]))} ({fit.u[k]:+.1f} sd{', at its bound' * (item.name in bound)})"
+            for fit, bound in zip(fits, held, strict=True)
         ]
+        if item.name in aside:
+            cells = [NOT_FITTED] * len(fits)
         rows.append([of_specimen(item.name, specimens), shown(item.reference), *cells, item.unit])
     return Table([*header, "unit"], rows, NOMINAL if final is not x.base else DEPARTURE)
 
