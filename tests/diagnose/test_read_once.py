@@ -46,6 +46,8 @@ def test_a_table_of_an_effect_has_the_names_that_the_verdict_has(concluded):
     (found, *_) = [f for f in concluded.reported if f.slug == CONSTANT]
     names = [row[0].partition(":")[0] for row in effect_table(concluded, found).rows]
     assert names == list(found.parameters) and found.strength in names
+    (value,) = [row[1] for row in effect_table(concluded, found).rows if row[0].startswith(f"{found.strength}:")]
+    assert f"{found.strength} = {value}" in verdict_sentences(concluded)[0]  # 377 in one, 380 in the other
 
 
 def test_a_discrepancy_is_told_in_the_units_of_the_recordings(concluded):

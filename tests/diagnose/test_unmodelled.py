@@ -11,6 +11,7 @@ from fitting.report.diagnosis.model import model_of
 from fitting.report.diagnosis.payload import content
 from fitting.simulate import predict
 from fitting.specimens.saved_models import load_model, save_model
+from pneusma_jax.errors import Distrusted
 
 
 @pytest.fixture(scope="module")
@@ -38,9 +39,16 @@ def test_it_is_described_by_what_it_goes_with(strange):
     assert "smooth function of strain added to stress, which names no cause" in said
 
 
+def reloaded(conclusion, folder):
+    """The model of a diagnosis that explains nothing, from disk, which says so."""
+    path = save_model(model_of(conclusion, "a test"), folder / "augmented.toml")
+    with pytest.warns(Distrusted, match="The recordings contradict the base model"):
+        return load_model(path)
+
+
 def test_what_is_saved_predicts_what_was_scored(strange, tmp_path):
     """The model from disk, simulated like any other, is the one that the report is about."""
-    model = load_model(save_model(model_of(strange, "a test"), tmp_path / "augmented.toml"))
+    model = reloaded(strange, tmp_path)
     (rest,) = model.remainders
     assert rest.span == pytest.approx((0.0, 0.8), abs=0.01) and rest.corrections[0].prior.sd > 0.0
     recording = next(r for r in strange.explanation.program.recordings if r.role == "validation")
@@ -53,7 +61,7 @@ def test_what_is_saved_predicts_what_was_scored(strange, tmp_path):
 @pytest.mark.slow
 def test_a_diagnosis_goes_on_from_it_and_keeps_it(strange, tmp_path):
     """With the smooth term there, what it cannot follow is still said, and is not called agreement."""
-    model = load_model(save_model(model_of(strange, "a test"), tmp_path / "augmented.toml"))
+    model = reloaded(strange, tmp_path)
     campaign = read_campaign(strange.explanation.program.recordings[0].path.parent)
     again = diagnose(campaign, seed=1, model=model)
     # in units: what noise counts for is told anew from what is left
@@ -80,7 +88,7 @@ def test_what_is_doubtful_and_what_is_unexplained_are_in_the_model_that_was_scor
     assert half.mismatch and half.found[0].slug == "unmodelled"
     assert [f.slug for f in half.found[1:]] == ["mullins_softening"] and half.found[1].probability < 0.5
     assert half.after.reduced_chi2 < 0.5 * half.before.reduced_chi2
-    model = load_model(save_model(model_of(half, "a test"), tmp_path / "augmented.toml"))
+    model = reloaded(half, tmp_path)
     assert [added.slug for added in model.added] == ["mullins_softening", "unmodelled"]
     recording = next(r for r in half.explanation.program.recordings if r.role == "validation")
     error = predict(recording, model=model).outputs["stress_kPa"] - recording.columns["stress_kPa"]

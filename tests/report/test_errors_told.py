@@ -31,7 +31,7 @@ def test_all_factors_of_the_errors_are_told_together(inflation, lasting, said):
 
 def test_the_sentence_on_zeros_has_the_same_factor():
     (sentence,) = lasting_zeros(zeros(2.0))
-    assert "multiplied by up to 2 for it" in sentence
+    assert "multiplied by up to 2 for that" in sentence
     assert not lasting_zeros(zeros(1.02)) and "as noise alone" in lasting_zeros(zeros(2.0, beside=True))[0]
 
 

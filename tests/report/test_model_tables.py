@@ -17,7 +17,7 @@ def concluded(kind, names):
     program = SimpleNamespace(kind=kind, unknowns=unknowns, recordings=[recording])
     fit = SimpleNamespace(u=np.zeros(len(names)))
     start = SimpleNamespace(tables={})
-    return SimpleNamespace(model=(program, fit), start=start, found=(), remainder=None, sd=lambda k: 0.1)
+    return SimpleNamespace(model=(program, fit), start=start, found=(), mismatch=False, remainder=None, sd=lambda k: 0.1)
 
 
 @pytest.mark.parametrize(

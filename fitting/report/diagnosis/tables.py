@@ -17,7 +17,7 @@ from fitting.specimens.rows import of_specimen
 from pneusma_jax.model_discrepancy import unit_of
 from pneusma_jax.units import from_si
 
-from ..cells import number, with_unit
+from ..cells import number, with_error, with_unit
 from ..table import Table
 
 NOT_FITTED = "as stated"
@@ -60,11 +60,11 @@ def effect_table(conclusion: Conclusion, found: Found) -> Table:
     for name, entry in found.parameters.items():
         item = items[name]
         ends = " to ".join(number(float(item.value(end))) for end in (item.low, item.high))
-        sd = number(entry["sd"], ".2g")
-        rows.append([f"{name}: {item.text}", number(entry["value"], ".4g"), sd, entry["unit"], ends])
+        value = with_error(entry["value"], entry["sd"])
+        rows.append([f"{name}: {item.text}", value, entry["unit"], ends])
     notes = [text_of_ends(conclusion, found), text_of_moving(conclusion)] if found.parameters else []
     note = " ".join(filter(None, notes))
-    return Table(["parameter", "value", "standard error", "unit", "physical range"], rows, note)
+    return Table(["parameter", "value ± standard error", "unit", "physical range"], rows, note)
 
 
 def text_of_ends(conclusion: Conclusion, found: Found) -> str:
