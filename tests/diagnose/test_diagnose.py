@@ -45,8 +45,9 @@ def test_nothing_is_found_where_nothing_is(null):
 @pytest.mark.parametrize(
     ("left", "less", "said"),
     [
-        (1.3, 1.3, ""), (9.0, 1.1, "explains (1.1"), (9.0, 4.0, "explains a part (4"),
-        (9.0, 8.0, "does not explain that (8"),
+        (1.3, 1.3, ""), (9.0, 1.1, "does not contradict the model: its constants are uncertain, and other values within their errors leave 1.1 there"),
+        (9.0, 4.0, "A part of it follows from constants that are uncertain: other values within their errors leave 4 there"),
+        (9.0, 8.0, "Constants that are uncertain do not explain it: other values within their errors leave 8 there"),
     ],
 )  # fmt: skip
 def test_an_agreement_says_what_it_is_worth_on_recordings_not_fitted(null, monkeypatch, left, less, said):
@@ -55,6 +56,7 @@ def test_an_agreement_says_what_it_is_worth_on_recordings_not_fitted(null, monke
     missed = dataclasses.replace(null, before=dataclasses.replace(null.before, reduced_chi2=left))
     sentence = " ".join(text.verdict_sentences(missed)[2:])
     assert said in sentence if said else not sentence
+    assert not said or "missed by 3 times their noise (reduced chi-square 9, where noise alone would leave 1)" in sentence
 
 
 @pytest.mark.parametrize("which", ["soft", "null"])
