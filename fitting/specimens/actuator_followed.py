@@ -104,7 +104,7 @@ def _followed(end: Ended, wired: Sequence[tuple[int, int]]) -> Rows:
     }
     gain, coupled = ([np.zeros(len(rows.mask)) for _ in reading["gamma"]] for _ in range(2))
     for k, n in wired:
-        gain[k], coupled[k] = _gains(rows, k, n, reading["gamma"][k], finite(end.slopes[k]))
+        gain[k], coupled[k] = _gains(rows, k, n, reading["gamma"][k], finite(end.slopes[k][f"ohms_{n}"]))
     columns = {"gain": tuple(gain), "coupled_gain": tuple(coupled), **reading}
     return replaced(rows, **columns, **{UNSETTLED: np.asarray(not end.ended)})
 

@@ -24,7 +24,7 @@ from fitting.inference.latent_trajectory.denoise import smooth_walk
 from pneusma_jax.numerics.safe import as_arrays
 from pneusma_jax.program_cache import cached_program
 
-from .actuator_rows import Solved, body_of, trajectory
+from .actuator_rows import body_of, trajectory
 from .rows import Rows, numbers, stack
 
 ROUNDS = 25
@@ -63,15 +63,11 @@ NARROWEST = 1e-9
 BEGIN = 0.9
 """Fraction at which the rounds begin [1]. It is so far from full heat that no tangent is flat there."""
 DECIDED = ("xi0", "gain", "ohms", "sd")
+OUTPUTS = ("curvature", "bend_angle", "length", "bend_direction")
 
 _rows = cached_program(
     lambda values, stacked: vars(jax.vmap(trajectory, (None, 0))(values, stacked)), "actuator rows"
 )
-
-
-def _solve(values: Mapping[str, Array], stacked: Rows) -> Solved:
-    """`trajectory` of every recording of a stack."""
-    return Solved(**_rows(values, stacked))
 
 
 def undecided(rows: Rows, count: int) -> Rows:
@@ -96,18 +92,17 @@ def decided(values: Mapping[str, float], recordings: Sequence[Rows]) -> list[Row
     """
     values = as_arrays(values)
     wired = wired_springs(recordings[0])
-    places = [k for k, _ in wired]
-    found = [_with_start(rows, places) for rows in recordings]
+    found = [_with_start(rows, [k for k, _ in wired]) for rows in recordings]
     if not wired:
         return found
+    springs = list(enumerate(recordings[0].extra["layout"].spring_numbers))
 
     def evaluate(fixed: list[Rows]) -> dict[str, np.ndarray]:
-        solved = jax.device_get(_solve(values, without_gains(stack(fixed))))
-        return {f"{name}_{n}": getattr(solved, name)[:, k] for k, n in wired for name in ("ohms", "xi0")}
+        solved = jax.device_get(_rows(values, without_gains(stack(fixed))))
+        drivers = {f"{name}_{n}": solved[name][:, k] for k, n in springs for name in ("ohms", "xi0", "gamma")}
+        return drivers | {name: solved[name] for name in OUTPUTS}
 
-    ends = settled_rounds(found, wired, evaluate)
-    found = [replaced(end.rows, **{UNSETTLED: np.asarray(not end.ended)}) for end in ends]
-    return _with_gains(values, found, places)
+    return [_with_gains(values, end, wired) for end in settled_rounds(found, wired, evaluate)]
 
 
 def wired_springs(rows: Rows) -> list[tuple[int, int]]:
@@ -123,13 +118,13 @@ class Ended:
     Attributes:
         rows: recording, whose fractions follow no resistance.
         base: drivers of the model, by name, each of shape (rows,); NaN in rows without an equilibrium.
-        slopes: slope of the resistance over the fraction, by place of the spring [ohm], of the same shape.
+        slopes: slopes of the same over the fraction of a spring, by its place and by name, of the same shape.
         ended: true if the rounds ended at a solution.
     """
 
     rows: Rows
     base: dict[str, np.ndarray]
-    slopes: dict[int, np.ndarray]
+    slopes: dict[int, dict[str, np.ndarray]]
     ended: bool = False
 
     def misfit(self, wired: Sequence[tuple[int, int]]) -> tuple[int, float]:
@@ -186,9 +181,13 @@ def _linearised(
     base, slopes = evaluate(fixed), {}
     for k, n in wired:
         moved = evaluate([_perturbed(rows, k) for rows in fixed])
-        slopes[k] = (moved[f"ohms_{n}"] - base[f"ohms_{n}"]) / (moved[f"xi0_{n}"] - base[f"xi0_{n}"])
+        nudge = moved[f"xi0_{n}"] - base[f"xi0_{n}"]
+        slopes[k] = {name: (moved[name] - base[name]) / nudge for name in base}
     cut = lambda columns, j, rows: {name: x[j, : len(rows.mask)] for name, x in columns.items()}  # noqa: E731
-    return [Ended(rows, cut(base, j, rows), cut(slopes, j, rows)) for j, rows in enumerate(fixed)]
+    return [
+        Ended(rows, cut(base, j, rows), {k: cut(slope, j, rows) for k, slope in slopes.items()})
+        for j, rows in enumerate(fixed)
+    ]
 
 
 def finite(slope: np.ndarray) -> np.ndarray:
@@ -214,7 +213,7 @@ def _smoothed(found: Ended, wired: Sequence[tuple[int, int]]) -> Rows:
     for k, n in wired:
         if noise_of(rows, k) > 0.0:
             missed = np.nan_to_num(np.asarray(rows.inputs[f"resistance_{n}"]) - found.base[f"ohms_{n}"])
-            rows = smoothed(rows, k, missed, finite(found.slopes[k]))
+            rows = smoothed(rows, k, missed, finite(found.slopes[k][f"ohms_{n}"]))
     return rows
 
 
@@ -250,20 +249,6 @@ def noise_of(rows: Rows, k: int) -> float:
     stated = float(rows.extra[f"noise_resistance_{number}"])
     typical = float(np.median(np.asarray(rows.inputs[f"resistance_{number}"])))
     return max(stated, LEAST_NOISE * typical) if stated > 0.0 else 0.0
-
-
-def _slopes(
-    values: Mapping[str, Array], stacked: Rows, base: Solved, k: int
-) -> tuple[dict[str, np.ndarray], np.ndarray]:
-    """Slopes of the outputs and of spring k's resistance over its fraction, shape (recordings, rows)."""
-    xi0 = np.asarray(stacked.extra["xi0"][k])
-    nudge = _nudge(xi0)
-    perturbed = jax.device_get(_solve(values, _with_phase(stacked, k, xi0 + nudge)))
-    outputs = {name: (getattr(perturbed, name) - getattr(base, name)) / nudge for name in OUTPUTS}
-    return outputs, (perturbed.ohms[:, k] - base.ohms[:, k]) / nudge
-
-
-OUTPUTS = ("curvature", "bend_angle", "length", "bend_direction")
 
 
 def smoothed(rows: Rows, k: int, missed: np.ndarray, slope: np.ndarray) -> Rows:
@@ -323,43 +308,42 @@ def scatter(time: np.ndarray, readings: np.ndarray) -> float:
     return float(np.quantile(sizes, QUIET) / NormalDist().inv_cdf(0.5 + 0.5 * QUIET))
 
 
-def _with_gains(values: Mapping[str, Array], found: list[Rows], wired: Sequence[int]) -> list[Rows]:
-    """Recordings with gains, resistances and weights at the final fractions."""
-    stacked = without_gains(stack(found))
-    current = jax.device_get(_solve(values, stacked))
-    variance = [
-        {name: 1.0 / np.where(w > 0.0, w, np.inf) ** 2 for name, w in r.extra["clean"].items()} for r in found
-    ]
-    for k in wired:
-        outputs, slopes = _slopes(values, stacked, current, k)
-        for number, rows in enumerate(found):
-            found[number] = _with_gain(values, rows, k, current, slopes[number], number)
-            sd = found[number].extra["sd"][k]
-            share = np.where(sd > BLIND, max(np.sum(sd > BLIND), 1), 1.0)
-            for name, known in variance[number].items():
-                slope = outputs[name][number][: len(sd)]
-                known += np.where(np.isfinite(slope), share * (slope * sd) ** 2, 0.0)
-    return [_reweighted(rows, known) for rows, known in zip(found, variance, strict=True)]
+def _with_gains(values: Mapping[str, Array], end: Ended, wired: Sequence[tuple[int, int]]) -> Rows:
+    """A recording with gains, resistances and weights at the fractions at which its rounds ended."""
+    ohms = tuple(end.base[f"ohms_{n}"] for n in end.rows.extra["layout"].spring_numbers)
+    rows = replaced(end.rows, ohms=ohms, **{UNSETTLED: np.asarray(not end.ended)})
+    variance = {
+        name: 1.0 / np.where(w > 0.0, w, np.inf) ** 2 for name, w in end.rows.extra["clean"].items()
+    }
+    for k, n in wired:
+        if noise_of(rows, k) > 0.0:
+            rows = _with_gain(values, rows, k, end.base[f"gamma_{n}"], end.slopes[k][f"ohms_{n}"])
+        sd = rows.extra["sd"][k]
+        share = np.where(sd > BLIND, max(np.sum(sd > BLIND), 1), 1.0)
+        for name, known in variance.items():
+            slope = end.slopes[k][name]
+            known += np.where(np.isfinite(slope), share * (slope * sd) ** 2, 0.0)
+    return _reweighted(rows, variance)
 
 
 def _with_gain(
-    values: Mapping[str, Array], rows: Rows, k: int, current: Solved, slope: np.ndarray, number: int
+    values: Mapping[str, Array], rows: Rows, k: int, gamma: np.ndarray, slope: np.ndarray
 ) -> Rows:
-    """A recording with the gain and uncertainty of spring k's fraction."""
-    noise, count = noise_of(rows, k), len(rows.mask)
-    ohms = tuple(np.asarray(current.ohms[number][j][:count]) for j in range(len(rows.extra["xi0"])))
-    if noise == 0.0:
-        return replaced(rows, ohms=ohms)
+    """A recording with the gain and uncertainty of spring k's fraction.
+
+    Args:
+        gamma: shear strain of the wire [1]; slope: of its resistance over the fraction [ohm]; shape (rows,).
+    """
+    noise = noise_of(rows, k)
     spring = body_of(numbers(values, rows), rows).springs[k]
-    gamma = jnp.asarray(current.gamma[number][k][:count])
-    mean_slope = np.asarray(_mean_slope(spring, jnp.asarray(rows.extra["xi0"][k]), gamma, jnp.asarray(noise)))
+    xi0 = jnp.asarray(rows.extra["xi0"][k])
+    mean_slope = np.asarray(_mean_slope(spring, xi0, jnp.asarray(gamma), jnp.asarray(noise)))
     sd = noise / np.sqrt(mean_slope**2 + (noise / UNKNOWN) ** 2)
-    total = slope[:count]
-    gain = np.where(sd < BLIND, total / (total**2 + (noise / UNKNOWN) ** 2), 0.0)
+    gain = np.where(sd < BLIND, slope / (slope**2 + (noise / UNKNOWN) ** 2), 0.0)
     put = lambda name, column: tuple(  # noqa: E731
         column if j == k else old for j, old in enumerate(rows.extra[name])
     )
-    return replaced(rows, ohms=ohms, sd=put("sd", sd), gain=put("gain", gain))
+    return replaced(rows, sd=put("sd", sd), gain=put("gain", gain))
 
 
 @eqx.filter_jit
@@ -390,7 +374,3 @@ def replaced(rows: Rows, **columns: tuple[np.ndarray, ...]) -> Rows:
 def without_gains(rows: Rows) -> Rows:
     """The same recording, or stack of them, with fixed fractions, which follow no resistance."""
     return replaced(rows, gain=tuple(0.0 * np.asarray(gain) for gain in rows.extra["gain"]))
-
-
-def _with_phase(stacked: Rows, k: int, xi0: Array) -> Rows:
-    return eqx.tree_at(lambda rows: rows.extra["xi0"][k], stacked, xi0)

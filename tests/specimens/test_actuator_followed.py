@@ -11,7 +11,7 @@ from fitting.data.recordings.nominal import nominal_geometry
 from fitting.specimens import actuator_followed, actuator_phase, stack
 from fitting.specimens.actuator_followed import settled
 from fitting.specimens.actuator_phase import UNSETTLED
-from fitting.specimens.actuator_rows import Solved, body_of
+from fitting.specimens.actuator_rows import body_of
 from fitting.specimens.registry import drivers_of
 from fitting.specimens.rows import numbers
 from fitting.specimens.saved_models import AugmentedModel, add_effect
@@ -139,15 +139,23 @@ def test_a_row_without_an_equilibrium_follows_its_neighbours(through):
 
 @pytest.fixture
 def without_effects(monkeypatch):
-    """`actuator_phase` whose rows are solved by `_simple`."""
+    """`actuator_phase` whose rows are solved by `_simple`; a list of the fractions at which they were."""
+    solved = []
 
     def solve(values, stacked):
+        solved.append(np.stack(stacked.extra["xi0"]))
         found = _simple([jax.tree.map(lambda x: x[0], stacked)])
         columns = {name: np.stack([found[f"{name}_{n}"] for n in (1, 2)], axis=1) for name in ("gamma", "xi0", "ohms")}
-        outputs = ("curvature", "bend_angle", "bend_direction", "length")
-        return Solved(**dict.fromkeys(outputs, columns["xi0"][:, 1]), **columns)
+        return dict.fromkeys(actuator_phase.OUTPUTS, columns["xi0"][:, 1]) | columns
 
-    monkeypatch.setattr(actuator_phase, "_solve", solve)
+    monkeypatch.setattr(actuator_phase, "_rows", solve)
+    return solved
+
+
+def test_no_row_is_solved_twice_at_the_same_fractions(through, without_effects):
+    """Gains took another solution, and another for each spring, at the fractions of the last round."""
+    actuator_phase.decided({}, through)
+    assert len(without_effects) > 2 and len(np.unique(without_effects, axis=0)) == len(without_effects)
 
 
 def test_rounds_without_effects_say_too_that_they_end_nowhere(through, without_effects, rounds):
