@@ -7,7 +7,7 @@ import numpy as np
 
 from fitting.calibrate.quoted import KELVIN
 from fitting.calibrate.result import Estimate
-from fitting.data.recordings.checks import ON_A_STAND
+from fitting.data.recordings.named_tables import ON_A_STAND
 from fitting.inference.parameters import Parameter, Parameters
 from pneusma_jax.calibration import Calibration
 from pneusma_jax.calibration.records import Prior, Quantity

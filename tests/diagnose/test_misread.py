@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from fitting.data.recordings import Recording, Reduction, read_campaign
-from fitting.data.recordings.checks import USUAL
+from fitting.data.recordings.unusual import USUAL
 from fitting.diagnose import run
 from fitting.diagnose.evaluate.program import Program
 from fitting.diagnose.fit import misread

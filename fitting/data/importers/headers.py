@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..recordings.checks import KELVIN
+from ..recordings.unusual import KELVIN
 from .numerals import like_a_number
 from .separators import LEAST_ROWS
 from .spelling import dimension, first_unit, may_be_unit, parse_heading, same_unit

@@ -34,8 +34,8 @@ from typing import Any
 import numpy as np
 
 from fitting.data.recordings import schema
-from fitting.data.recordings.checks import CURRENT_LIMIT_A
 from fitting.data.recordings.kinds import PHASE
+from fitting.data.recordings.size_limits import CURRENT_LIMIT_A
 from pneusma_jax.documents import check_keys, finite_number, read_document, shipped_names
 from pneusma_jax.errors import InputError, nearest
 from pneusma_jax.units import dimension_of, to_si, unit_of_column

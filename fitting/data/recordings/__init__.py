@@ -7,20 +7,14 @@ test.
 
 from . import kinds, schema
 from .campaign import read_campaign
-from .checks import (
-    ask_about_copies,
-    ask_about_units,
-    check_recording,
-    heated_unseen,
-    notices_of_reading,
-    questions_of_reading,
-    resistance_range,
-    wire_length,
-)
+from .checks import check_recording
+from .questions import ask_about_copies, heated_unseen, notices_of_reading, questions_of_reading
 from .reading import read_recording
 from .recording import Campaign, Recording, Reduction, all_real, require_fitted
 from .schema import NOT_STATED
 from .shared import recordings_folder
+from .size_limits import resistance_range, wire_length
+from .unusual import ask_about_units
 from .writing import target_path, write_recording, write_recordings
 
 __all__ = [

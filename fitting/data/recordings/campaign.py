@@ -7,7 +7,7 @@ from typing import Any
 from pneusma_jax.errors import InputError
 
 from . import schema, sidecar, stated_columns
-from .checks import ask_about_copies
+from .questions import ask_about_copies
 from .reading import read_merged
 from .recording import Campaign, Recording
 from .table import first_of, unusable

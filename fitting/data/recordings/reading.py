@@ -10,10 +10,11 @@ import numpy as np
 from pneusma_jax.errors import counted
 
 from . import schema, sidecar, stated_columns
-from .checks import ask_about_units, check_recording, question_units
+from .checks import check_recording
 from .columns import canonical_columns, held_by, infer_kind
 from .recording import Recording
 from .table import Table, read_table, unusable
+from .unusual import ask_about_units, question_units
 
 _STATED = re.compile(r"(?P<name>[^\W\d][^\d:=]*?)\s*[:=]\s*[+-]?\.?\d")
 """Beginning of a comment that states a number: `wire diameter: 0.25`."""

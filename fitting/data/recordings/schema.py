@@ -1,6 +1,6 @@
 """Schema of a recording: the columns of each kind, the keys of its sidecar, default tolerances.
 
-This module holds tables only. The checks that use them are in `columns.py`, `sidecar.py` and `checks.py`.
+This module holds tables only. `columns.py`, `sidecar.py` and the modules behind `checks.py` use them.
 Nominal values of the geometry are in `nominal.py`, the kinds themselves in `kinds.py`.
 """
 

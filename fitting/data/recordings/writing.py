@@ -9,9 +9,10 @@ from pneusma_jax.files import replacing
 from pneusma_jax.late import tomlkit
 
 from ..csv_text import csv_text
-from .checks import check_recording, plainly_named
+from .checks import check_recording
 from .recording import Recording, locate_table
 from .table import unusable
+from .unusual import plainly_named
 
 
 def write_recording(recording: Recording, folder: str | Path, force: bool = True) -> Path:
