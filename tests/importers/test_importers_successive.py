@@ -5,7 +5,7 @@ import pytest
 from click.testing import CliRunner
 
 from fitting.cli.import_ import import_command
-from fitting.data.importers import import_files, make_options, open_raw, registry
+from fitting.data.importers import import_files, make_options, open_raw, run
 from fitting.data.recordings import read_campaign
 from pneusma_jax.errors import InputError
 
@@ -185,7 +185,7 @@ def test_a_strain_that_goes_on_from_the_file_before_is_no_other_zero(put, begin,
 
 def test_each_file_is_opened_once(put, monkeypatch):
     opened = []
-    monkeypatch.setattr(registry, "open_raw", lambda path: opened.append(path) or open_raw(path))
+    monkeypatch.setattr(run, "open_raw", lambda path: opened.append(path) or open_raw(path))
     paths = [pull(put, name, 20.0) for name in ("a.csv", "b.csv")]
     joined(paths)
     assert opened == paths

@@ -5,10 +5,11 @@ file that cannot be a recording is refused with one sentence: its likely content
 """
 
 from .folders import left_in_folders, raw_files
+from .formats import FORMATS, detect
 from .options import Options, make_options
 from .parts import samples_of
 from .raw import open_raw
-from .registry import FORMATS, detect, import_file, import_files, import_tests
+from .run import import_file, import_files, import_tests
 
 __all__ = [
     "FORMATS",

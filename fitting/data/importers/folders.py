@@ -6,11 +6,11 @@ from pathlib import Path
 from pneusma_jax.errors import InputError, counted
 
 from ..recordings.table import unusable
+from .formats import FORMATS
 from .matlab import is_matlab_or_hdf5
 from .names import first_few
 from .parts import Sample, samples_of
 from .raw import open_raw
-from .registry import FORMATS
 
 RAW_ENDINGS = (".csv", ".tsv", ".txt", ".dat", ".asc", ".prn", ".tra", ".lvm", ".xlsx", ".xlsm", ".mat")
 _ABOUT = (
