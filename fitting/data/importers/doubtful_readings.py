@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..recordings.other_units import TURN_DEG
+from ..recordings.angle_units import TURN_DEG
 from .making import Channel, Making
 
 LONGEST = 5

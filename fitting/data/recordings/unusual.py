@@ -13,7 +13,8 @@ from . import schema
 from .column_ranges import PRESSURE_LIMIT_KPA
 from .impossible import refuse_first
 from .named_tables import load_named
-from .other_units import LEAST_KPA, other_units
+from .other_units import other_units
+from .pressure_units import LEAST_KPA
 from .questions import ask
 from .recording import Recording
 from .sidecar import unusual_size
