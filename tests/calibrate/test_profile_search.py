@@ -7,8 +7,9 @@ import pytest
 from scipy.optimize import minimize_scalar
 from scipy.stats import chi2
 
-from fitting.calibrate.profile_likelihood import RENEWALS, RISES, WIDTH_90, Profile, lowest_point, to_the_end
+from fitting.calibrate.profile_likelihood import RISES, WIDTH_90, Profile
 from fitting.calibrate.profile_search import BEYOND, FITS, LONGER, MOST, profile_likelihoods
+from fitting.calibrate.profiled_fits import RENEWALS, lowest_point, to_the_end
 from fitting.calibrate.quoted import estimate, merely_prior
 from fitting.inference.least_squares import Status
 from fitting.inference.least_squares.covariance import Uncertainty

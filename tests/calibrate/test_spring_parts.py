@@ -7,12 +7,14 @@ import numpy as np
 import pytest
 
 from fitting.calibrate.alloy_table import alloy_table
-from fitting.calibrate.profile_likelihood import WIDTH_90, lowest_point
+from fitting.calibrate.profile_likelihood import WIDTH_90
+from fitting.calibrate.profiled_fits import lowest_point
 from fitting.calibrate.spring import pipeline, search, stand_tests
 from fitting.calibrate.spring import profiles as profiling
-from fitting.calibrate.spring.joint import Joint, Start, lead, spanned
+from fitting.calibrate.spring.joint import Joint, Start
 from fitting.calibrate.spring.modes import apart, other_modes
 from fitting.calibrate.spring.next_test import _reach, _sentence
+from fitting.calibrate.spring.other_fits import lead, spanned
 from fitting.calibrate.spring.profiles import profiles
 from fitting.calibrate.spring.search import Fitted, Reading, order
 from fitting.data.recordings.nominal import nominal_geometry

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from fitting.calibrate.spring import problem as problems
-from fitting.calibrate.spring.joint import missed
+from fitting.calibrate.spring.misfit import missed
 from fitting.calibrate.spring.problem import Problem, residuals_and_freedom, solve, values_of
 from fitting.calibrate.spring.scores import scores
 from fitting.calibrate.spring.search import problem_of, readings_of

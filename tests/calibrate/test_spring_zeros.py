@@ -9,10 +9,10 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from fitting.calibrate.spring import joint as joints
-from fitting.calibrate.spring import zeros
-from fitting.calibrate.spring.joint import Joint, Start, decided_anew
+from fitting.calibrate.spring import refits, zeros
+from fitting.calibrate.spring.joint import Joint, Start
 from fitting.calibrate.spring.problem import jacobian, values_of
+from fitting.calibrate.spring.refits import decided_anew
 from fitting.calibrate.spring.search import problem_of, readings_of
 from fitting.calibrate.spring.zeros import residuals
 from fitting.characterise import characterise
@@ -194,8 +194,8 @@ def test_a_fit_without_its_decisions_takes_the_place_of_one_that_keeps_them(monk
         assert problem.known
         return SimpleNamespace(fitted_with=lambda: fit(after[problem.ended]))
 
-    monkeypatch.setattr(joints.Problem, "undecided", undecided)
-    monkeypatch.setattr(joints, "_settled", lambda starts, progress: starts)
+    monkeypatch.setattr(refits.Problem, "undecided", undecided)
+    monkeypatch.setattr(refits, "settled", lambda starts, progress: starts)
     starts = tuple(Start(name, *fit(cost)) for name, cost in (("a", 90.0), ("b", 95.0)))
     found = decided_anew(Joint(starts[0].problem, starts[0].result, starts, 1.0, 1.0))
     assert [(s.name, s.result.chi_square) for s in found] == [

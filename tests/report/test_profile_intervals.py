@@ -5,7 +5,8 @@ import pytest
 
 from fitting.calibrate.information import Information
 from fitting.calibrate.open_constants import open_constants
-from fitting.calibrate.profile_likelihood import Profile, with_intervals
+from fitting.calibrate.profile_likelihood import Profile
+from fitting.calibrate.profiled_fits import with_intervals
 from fitting.calibrate.quoted import estimate
 from fitting.inference.parameters import Parameter, Parameters, Prior
 from fitting.report import profile_likelihood as shown

@@ -9,7 +9,8 @@ import numpy as np
 
 from fitting.calibrate.information import Information, with_errors
 from fitting.calibrate.open_constants import of_unfitted, open_constants
-from fitting.calibrate.profile_likelihood import Profile, loosest, to_the_end, with_intervals
+from fitting.calibrate.profile_likelihood import Profile
+from fitting.calibrate.profiled_fits import loosest, to_the_end, with_intervals
 from fitting.calibrate.quoted import KELVIN, estimates, of_prior_alone
 from fitting.calibrate.result import Characterisation, Estimate
 from fitting.data.recordings import Campaign, Recording, all_real

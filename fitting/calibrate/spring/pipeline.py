@@ -13,7 +13,8 @@ from fitting.calibrate.assumed import notices_of
 from fitting.calibrate.combinations import Combination
 from fitting.calibrate.information import Information
 from fitting.calibrate.open_constants import of_unfitted, open_constants
-from fitting.calibrate.profile_likelihood import Profile, loosest, to_the_end, with_intervals
+from fitting.calibrate.profile_likelihood import Profile
+from fitting.calibrate.profiled_fits import loosest, to_the_end, with_intervals
 from fitting.calibrate.quoted import estimates
 from fitting.calibrate.result import Characterisation, Estimate
 from fitting.data.recordings import Campaign, all_real
@@ -39,11 +40,13 @@ from pneusma_jax.nitinol import Alloy
 from pneusma_jax.precision import require_float64
 
 from .information import information, informing_tests, spread_given_geometry, why_not_shown
-from .joint import Joint, beside_zeros, decided_anew, spanned, try_others
+from .joint import Joint, try_others
 from .modes import Mode, other_modes
 from .next_test import NextTest, next_test
+from .other_fits import spanned
 from .plateaus import plateaus
 from .profiles import profiles, with_other_fits
+from .refits import beside_zeros, decided_anew
 from .scores import Score, scores
 from .search import Fitted, best_of_readings, order, readings_of
 from .stages import UNLOADING, Stage

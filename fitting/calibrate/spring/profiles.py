@@ -8,7 +8,8 @@ from fitting.calibrate.profile_search import profile_likelihoods
 from fitting.inference.least_squares import FitResult
 from fitting.specimens.spring_trajectory import decided
 
-from .joint import Joint, chi_square_unit
+from .joint import Joint
+from .other_fits import chi_square_unit
 from .problem import constraints_of, fit_constrained, values_of
 
 

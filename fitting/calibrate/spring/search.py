@@ -15,9 +15,10 @@ from pneusma_jax.errors import InputError
 from pneusma_jax.nitinol import Alloy
 from pneusma_jax.units import to_si
 
-from .joint import Joint, decided_anew, fit_jointly, held_at_ends, loosened, retried, shifted, try_others
+from .joint import Joint, fit_jointly, shifted, try_others
 from .memory_starts import memory_starts
 from .problem import Problem
+from .refits import decided_anew, held_at_ends, loosened, retried
 from .stages import Stage, run_stages
 from .stand_tests import LEVEL, SOFTER, STATED, Phase, Softer, StandTest, classify, contradicts, equally_stiff
 

@@ -5,8 +5,9 @@ takes a spring's martensite fraction from its resistance.
 """
 
 from fitting.calibrate.assumed import assumed, far_from_nominal, improbable_shifts
-from fitting.calibrate.spring.joint import MISFIT, lead, missed
+from fitting.calibrate.spring.misfit import MISFIT, missed
 from fitting.calibrate.spring.modes import Mode
+from fitting.calibrate.spring.other_fits import lead
 from fitting.calibrate.spring.pipeline import SpringCharacterisation
 from fitting.calibrate.spring.scores import Score, overall
 from fitting.calibrate.spring.stand_tests import SOFTER
