@@ -12,6 +12,9 @@ pressure, heat and loads at once. If that fails, or ends in an unstable equilibr
 of adaptive size. It thus follows the branch connected with rest. Every Newton step is a pass of one flat
 loop, so a batch compiles one of them.
 
+The method of `numerics.newton` is not used: it solves for at most three unknowns, and differentiates all
+segments by all unknowns. A Jacobian then takes 14 % longer for 16 segments, and 30 % longer for 32.
+
 A spring driven by its resistance has no known resistance at rest. Then the segments without loads take the
 place of rest. `actuator.equilibrium.solve` finds them one by one.
 """

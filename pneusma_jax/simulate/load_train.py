@@ -5,17 +5,15 @@ Its law is `recorded = true + compliance * F / (1 + stiffening * |F|)` with `F =
 
 from collections.abc import Callable
 
-import jax
 import jax.numpy as jnp
 from jaxtyping import Array, PyTree
 
-from ..numerics.safe import begun_as, frozen
+from ..late import optimistix as optx
+from ..numerics.newton import BoundedNewton
 
 STEPS = 7
-"""Maximum number of Newton steps, the differentiated one included; the force is nearly linear over them."""
-CLOSE = 1e-12  # Maximum relative step before the differentiated one; it bounds the error of a derivative
-LEAST_SLOPE = 0.05
-"""Minimum slope of the recorded over the true length; below, the train snaps and no root is stable."""
+"""Maximum number of Newton steps; the force is nearly linear over them."""
+METHOD = BoundedNewton(close=1e-12, longest=jnp.inf)
 
 Force = Callable[[PyTree, Array], Array]
 """Force of a specimen as a function of other quantities and of its length."""
@@ -30,39 +28,20 @@ def strain_in_train(
 
     Args:
         force: force of the specimen [N], as a function of `given` and a true length [m].
-        given: all numbers that the force depends on and that may be differentiated. A number that `force`
-            closes over prevents reverse mode.
+        given: all numbers that the force depends on and that may be differentiated.
         recorded: recorded length over specimen and train [m].
         compliance: compliance of the unloaded train [m/N]; 0 gives the recorded length exactly.
         stiffening: inverse of the force that halves the compliance [1/N]; 0 for a linear train.
 
     Returns:
-        The true length [m]. Only the last step is differentiated, which gives the first derivatives of the
-        implicit function without tangents in the loop. A rigid train takes no other step.
+        The true length [m], with derivatives by the implicit function theorem.
     """
-    still, (shown, give, stiffer) = frozen(given), frozen((recorded, compliance, stiffening))
 
-    def improved(
-        true: Array, pull: Array, slope: Array, recorded: Array, compliance: Array, stiffening: Array
-    ) -> Array:
-        stretch = compliance * pull / (1.0 + stiffening * jnp.abs(pull))
-        return true - (true + stretch - recorded) / slope
+    def missed(true: Array, numbers: tuple) -> Array:
+        given, recorded, compliance, stiffening = numbers
+        pull = force(given, true[0])
+        return true + compliance * pull / (1.0 + stiffening * jnp.abs(pull)) - recorded
 
-    def again(carry: tuple) -> Array:
-        *_, change, count = carry
-        return (change > CLOSE * jnp.abs(shown)) & (count < STEPS)
-
-    def advance(carry: tuple) -> tuple:
-        true, pull, slope, _, count = carry
-        true = improved(true, pull, slope, shown, give, stiffer)
-        pull, stiffness = jax.jvp(lambda x: force(still, x), (true,), (jnp.ones_like(true),))
-        soft = give / (1.0 + stiffer * jnp.abs(pull)) ** 2 * stiffness
-        slope = jnp.maximum(1.0 + soft, LEAST_SLOPE)
-        change = improved(true, pull, slope, shown, give, stiffer) - true
-        return true, pull, slope, jnp.abs(change), count + 1
-
-    begun = jnp.where(give == 0.0, 0.0, jnp.inf).astype(shown.dtype)  # a rigid train has the recorded length
-    first = shown, jnp.zeros_like(shown), jnp.ones_like(shown), begun, jnp.asarray(0)
-    first = begun_as(first, (still, shown, give, stiffer))
-    found, _, slope, _, _ = jax.lax.while_loop(again, advance, first)
-    return improved(found, force(given, found), slope, recorded, compliance, stiffening)
+    recorded = jnp.asarray(recorded, float)
+    numbers = given, recorded, compliance, stiffening
+    return optx.root_find(missed, METHOD, recorded[None], numbers, max_steps=STEPS, throw=False).value[0]
