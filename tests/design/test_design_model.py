@@ -143,14 +143,14 @@ def test_stiffness_and_blocking_force_count_effects(design, tmp_path):
 
 
 def test_instruments_change_no_stiffness(tmp_path):
-    for quantity in ("bending_stiffness", "blocking_force"):
-        text = changed('quantity = "curvature"', f'quantity = "{quantity}"', STUDY)
-        found = []
-        for effects in ("", STAND + LEADS):
-            study = read_study(written(tmp_path, text, MODEL + effects))
-            plan = plan_of(*(one[0] for one in (study.designs, study.alloys, study.materials)), study.model)
-            found.append(Model(study, plan).values(np.array([[0.4]]))[0, 0])
-        assert found[1] == pytest.approx(found[0], rel=1e-9)
+    force = '[constraint.force]\nquantity = "blocking_force"\nat_most = {value = 5, unit = "N"}\n'
+    text, found = changed('quantity = "curvature"', 'quantity = "bending_stiffness"', STUDY) + force, []
+    for effects in ("", STAND + LEADS):
+        study = read_study(written(tmp_path, text, MODEL + effects))
+        plan = plan_of(*(one[0] for one in (study.designs, study.alloys, study.materials)), study.model)
+        found.append(Model(study, plan).values(np.array([[0.4]]))[0])
+    assert found[0].size == 3 and np.all(found[0] != 0.0)
+    np.testing.assert_allclose(found[1], found[0], rtol=1e-9)
 
 
 def test_instruments_and_single_specimens_change_no_design(tmp_path):

@@ -138,16 +138,21 @@ def test_a_slip_that_is_hardly_told_from_another_one_names_both(column, factor, 
     assert misread.units_of(column, factor) == units
 
 
-def test_a_wires_stress_that_drives_it_is_asked_about_though_its_transformation_is_unknown():
-    """The readings of a stress that drives were compared as if they were predicted, so no factor helped."""
+def asked_of_wires(column, factor):
+    """What is asked of two shipped wires after a column of both was scaled."""
     campaign = read_campaign(TUBE.parent / "wire")
-    recordings = [scaled(recording, "stress_MPa", 10.0) for recording in campaign.recordings]
+    recordings = [scaled(recording, column, factor) for recording in campaign.recordings[:2]]
 
     def build(recordings, like=None) -> Program:
         return Program.of(dataclasses.replace(campaign, recordings=list(recordings)), "wire", [], like=like)
 
     program, fit = base_fit(build(recordings))
-    found = misread_in(program, fit, lambda changed: build(changed, program))
+    return misread_in(program, fit, lambda changed: build(changed, program))
+
+
+def test_a_wires_stress_that_drives_it_is_asked_about_though_its_transformation_is_unknown():
+    """The readings of a stress that drives were compared as if they were predicted, so no factor helped."""
+    found = asked_of_wires("stress_MPa", 10.0)
     assert {one.column for one in (found, *found.alike)} == {"stress_MPa"} and found.after < 0.05
     assert any(one.factor == pytest.approx(0.1) for one in (found, *found.alike))
 
@@ -227,14 +232,7 @@ def test_a_slip_that_leaves_a_gross_misfit_is_none(asked, power):
 @pytest.mark.parametrize("slip", [0.1, 0.01])
 def test_a_slip_in_a_temperature_is_found(slip):
     """A wire's nominal transition temperature is read off its recordings; it changes with their unit."""
-    campaign = read_campaign(TUBE.parent / "wire")
-    recordings = [scaled(recording, "temperature_degC", slip) for recording in campaign.recordings]
-
-    def build(recordings, like=None) -> Program:
-        return Program.of(dataclasses.replace(campaign, recordings=list(recordings)), "wire", [], like=like)
-
-    program, fit = base_fit(build(recordings))
-    found = misread_in(program, fit, lambda changed: build(changed, program))
+    found = asked_of_wires("temperature_degC", slip)
     assert found.column == "temperature_degC" and found.factor == pytest.approx(1.0 / slip)
     assert found.recordings == () and found.after < 0.05
 
