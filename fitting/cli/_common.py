@@ -84,19 +84,6 @@ def done(paths: Sequence[Path]) -> None:
         click.echo(f"wrote {path}")
 
 
-def one_of(option: str, given: str, known: Sequence[str]) -> str:
-    """A word that must be one of several.
-
-    Raises:
-        click.UsageError: if it is not; names the nearest.
-    """
-    if given not in known:
-        from pneusma_jax.errors import nearest
-
-        raise click.UsageError(f"{option} {given!r} is not known, {nearest(given, known)}")
-    return given
-
-
 def table_argument(given: str) -> str:
     """Name or path of a table as the command line means it: a path counts from the working folder."""
     is_path = given.endswith(".toml") or "/" in given or "\\" in given
@@ -117,7 +104,11 @@ def design_argument(given: str) -> str:
     for folder in (("examples", "designs"), ("examples", "chains")):
         entries = resources.files("calibration_data").joinpath(*folder).iterdir()
         names += sorted(e.name.removesuffix(".toml") for e in entries if e.name.endswith(".toml"))
-    return one_of("--design", given, (*DESIGNS, *names))
+    if given not in (known := (*DESIGNS, *names)):
+        from pneusma_jax.errors import nearest
+
+        raise click.UsageError(f"--design {given!r} is not known, {nearest(given, known)}")
+    return given
 
 
 def check_places(workers: int | None, address: str | None) -> None:

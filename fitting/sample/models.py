@@ -7,10 +7,10 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array
 
-from fitting.data.recordings import Campaign, Recording, all_real, notices_of_reading, schema
+from fitting.data.recordings import Recording, all_real, notices_of_reading, schema
 from fitting.inference.notes import of_several
 from fitting.inference.parameters import Parameters
-from fitting.specimens import Model, Rows, kind_of, residual_of, specimen_of, stack
+from fitting.specimens import Model, Rows, residual_of, specimen_of, stack
 from fitting.specimens.correlated_noise import spread_of
 from pneusma_jax.units import from_si
 
@@ -20,21 +20,6 @@ from .target import Target
 NOISE = "Gaussian noise as the recordings state it or as it was estimated"
 HORIZONTAL = ("elongation", "pressure", "strain")
 """Candidate inputs for the horizontal axis, in order; time where a model has none of them."""
-
-
-def campaign_problem(campaign: Campaign, **options) -> Problem:
-    """Posterior of a campaign of one kind, from its model's own rows, priors and noise.
-
-    Args:
-        campaign: recordings of one kind.
-        **options: arguments of the model's `parameters_for` and `rows_for`, such as `base`.
-
-    Raises:
-        InputError: if there is no model of this kind, or the campaign cannot be used.
-    """
-    model = specimen_of(kind_of(campaign)).variant(campaign)
-    parameters, rows = model.parameters_for(campaign, **options), model.rows_for(campaign, **options)
-    return model_problem(campaign.title, campaign.recordings, rows, parameters)
 
 
 def model_problem(

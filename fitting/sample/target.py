@@ -64,7 +64,6 @@ class Target(eqx.Module):
         parameters: Parameters,
         data: PyTree = None,
         noise: Literal["known", "unknown"] = "known",
-        observations: float | None = None,
     ) -> "Target":
         """Posterior of a least-squares problem, as `fit_least_squares` takes it.
 
@@ -73,8 +72,6 @@ class Target(eqx.Module):
             parameters: parameters; the free ones are sampled, and their priors and bounds count.
             data: data for the residual.
             noise: `"known"` for residuals in units of sigma; `"unknown"` to integrate one common factor out.
-            observations: number of residuals that count as independent, for unknown noise; by default all of
-                them.
 
         Raises:
             InputError: if nothing is free, there are no residuals, or unknown noise has too few of them.
@@ -90,13 +87,12 @@ class Target(eqx.Module):
             raise InputError("the residual has no rows: there is no data to learn from")
         if noise == "known":
             return target
-        count = float(rows if observations is None else observations)
-        if count <= len(target.layout.free):
+        if rows <= len(target.layout.free):
             raise InputError(
-                f"{count:g} independent residuals cannot tell the size of the noise beside "
+                f"{rows} independent residuals cannot tell the size of the noise beside "
                 f"{len(target.layout.free)} free parameters; state sigma, or add data"
             )
-        return cls._make(UnknownNoise(residual, jnp.asarray(count)), parameters, data)
+        return cls._make(UnknownNoise(residual, jnp.asarray(float(rows))), parameters, data)
 
     @classmethod
     def from_log_likelihood(

@@ -8,7 +8,6 @@ import jax
 from jaxtyping import Array, Float
 
 from fitting.data.recordings import Campaign, schema
-from fitting.inference.parameters import Parameters
 from pneusma_jax.effects import CATALOGUE
 from pneusma_jax.errors import InputError, nearest
 
@@ -77,19 +76,6 @@ def without_clock(campaign: Campaign, slugs: Sequence[str]) -> list[str]:
     if not all(recording.counts_rows for recording in campaign.recordings):
         return []
     return [slug for slug in slugs if CATALOGUE[slug].by_rate]
-
-
-def parameters_for(campaign: Campaign, **options: Any) -> Parameters:
-    """Free parameters of a campaign of one kind, with priors from its tolerances or its calibration table.
-
-    Args:
-        campaign: recordings of one kind.
-        **options: arguments of the kind's `parameters_for`, such as `base`.
-
-    Raises:
-        InputError: if the campaign holds several kinds, or one without a specimen.
-    """
-    return specimen_of(kind_of(campaign)).parameters_for(campaign, **options)
 
 
 def kind_of(campaign: Campaign) -> str:

@@ -57,7 +57,6 @@ def test_stability_of_a_law_that_only_rises(pulled):
     fit = Engine(samples).fit(LAWS["neo_hookean"], samples.fitted)
     check = stability(fit, -0.5, 1.5)
     assert check.monotone and not check.locks(check)
-    assert check.least_tangent == pytest.approx(fit.values[0] * (1.0 + 2.0 / 2.5**3), rel=0.01)
     assert check.greatest_tangent == pytest.approx(fit.values[0] * 17.0, rel=0.05)
 
 

@@ -8,7 +8,7 @@ from fitting.data.recordings import Recording, kinds, read_campaign, write_recor
 from fitting.inference.parameters import Parameter, Parameters, Prior
 from fitting.sample import command
 from fitting.sample.campaign import sample_problem
-from fitting.sample.models import campaign_problem
+from fitting.sample.models import model_problem
 from fitting.specimens import FITTED, SPECIMENS, Specimen
 from fitting.specimens.rows import Rows, numbers
 from fitting.specimens.saved_models import AugmentedModel, save_model
@@ -66,8 +66,14 @@ def campaign(tmp_path, monkeypatch):
     return read_campaign(tmp_path / "campaign")
 
 
-def test_a_campaign_is_sampled_by_its_models_residual(campaign):
-    result = sample_problem(campaign_problem(campaign), ensembles=2, max_steps=2000, progress=False)
+@pytest.fixture
+def problem(campaign):
+    rows, parameters = (getattr(SPECIMENS["tube"], name)(campaign) for name in ("rows_for", "parameters_for"))
+    return model_problem(campaign.title, campaign.recordings, rows, parameters)
+
+
+def test_a_campaign_is_sampled_by_its_models_residual(campaign, problem):
+    result = sample_problem(problem, ensembles=2, max_steps=2000, progress=False)
     pressure = campaign.recordings[0].si("pressure")
     precision = np.sum(pressure**2) / SIGMA**2 + 1e14
     pull = pressure @ (campaign.recordings[0].si("length") - 56e-3) / SIGMA**2 + COMPLIANCE * 1e14
@@ -78,8 +84,7 @@ def test_a_campaign_is_sampled_by_its_models_residual(campaign):
     assert result.posterior.laplace.sd["compliance"] == pytest.approx(precision**-0.5)
 
 
-def test_validation_is_predicted_and_not_fitted(campaign):
-    problem = campaign_problem(campaign)
+def test_validation_is_predicted_and_not_fitted(problem):
     assert [(c.recording, c.role, c.x_column, c.y_column) for c in problem.curves] == [
         ("first", "fit", "pressure_kPa", "length_mm"), ("second", "validation", "pressure_kPa", "length_mm"),
     ]  # fmt: skip

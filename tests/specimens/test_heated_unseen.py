@@ -14,8 +14,9 @@ from fitting.inference.parameters import Parameters
 from fitting.propagate.responses.course import recording_response
 from fitting.propagate.responses.noise import WhiteNoise
 from fitting.report.batch import checks
-from fitting.sample.models import campaign_problem
+from fitting.sample.models import model_problem
 from fitting.simulate import predict
+from fitting.specimens import specimen_of
 from fitting.specimens.model_objects import BASE
 
 ASKED = "check: spring 2 carries a current, but its resistance was not recorded: it is taken as cold"
@@ -69,10 +70,11 @@ def test_a_resistance_in_another_recording_does_not_tell_the_phase_of_this_one()
 def test_every_way_of_using_a_recording_says_it(campaign):
     (recording,) = campaign.recordings
     assert ASKED in recording.notices
+    rows, parameters = specimen_of("actuator").rows_for(campaign), specimen_of("actuator").parameters_for(campaign)
     told = {
         "characterise": notices_of(campaign.recordings, Parameters()),
         "diagnose": checked(campaign),
-        "posterior": campaign_problem(campaign).notices,
+        "posterior": model_problem("c", campaign.recordings, rows, parameters).notices,
         "propagate": recording_response(campaign, BASE, 5, lambda channels: WhiteNoise({})).notices,
     }
     assert {name: list(said).count(f"run_1: {ASKED}") for name, said in told.items()} == dict.fromkeys(told, 1)

@@ -5,7 +5,6 @@ compression alike. A fit up to a reach is scored on the rest of the curve. A gap
 out of every recording.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -149,16 +148,13 @@ def reaches(samples: Samples, scope: np.ndarray) -> tuple[float, ...]:
     return (*(r for r in REACHES if r * MARGIN < end and (reach <= r).sum() >= FEWEST_SAMPLES), end)
 
 
-def held_out(
-    engine: Engine, full: LawFit, scope: np.ndarray, progress: Callable[[], None] = lambda: None
-) -> HeldOut:
+def held_out(engine: Engine, full: LawFit, scope: np.ndarray) -> HeldOut:
     """Score a law on everything it can be kept from seeing.
 
     Args:
         engine: fits the law to any part of its samples.
         full: the law fitted to all samples in scope.
         scope: samples that may be fitted, shape (n,); errors are scored within their range of strain.
-        progress: called after each refit.
     """
     samples = engine.samples
     within = (samples.strain >= samples.strain[scope].min()) & (samples.strain <= samples.strain[scope].max())
@@ -167,11 +163,11 @@ def held_out(
         for k, curve in enumerate(samples.curves)
         if curve.role == "validation" and (samples.of(k) & within).any()
     }
-    refits = (engine, full, scope, progress)
+    refits = (engine, full, scope)
     return HeldOut(_ranges(*refits), _bands(*refits), _recordings(*refits), validation)
 
 
-def _ranges(engine: Engine, full: LawFit, scope: np.ndarray, progress: Callable[[], None]) -> list[RangeFit]:
+def _ranges(engine: Engine, full: LawFit, scope: np.ndarray) -> list[RangeFit]:
     samples, found = engine.samples, []
     reach, ends = reach_of(samples), reaches(samples, scope)
     for k, end in enumerate(ends):
@@ -191,13 +187,10 @@ def _ranges(engine: Engine, full: LawFit, scope: np.ndarray, progress: Callable[
                 score(samples, predicted, beyond),
             )
         )
-        progress()
     return found
 
 
-def _bands(
-    engine: Engine, full: LawFit, scope: np.ndarray, progress: Callable[[], None]
-) -> list[tuple[float, float, Score]]:
+def _bands(engine: Engine, full: LawFit, scope: np.ndarray) -> list[tuple[float, float, Score]]:
     samples, found = engine.samples, []
     stretch = samples.stretch
     edges = np.linspace(stretch[scope].min(), stretch[scope].max(), BANDS + 1)
@@ -206,13 +199,10 @@ def _bands(
         if band.any() and (scope & ~band).sum() >= FEWEST_SAMPLES:
             fit = engine.fit(full.law, scope & ~band, near=full)
             found.append((float(low), float(high), score(samples, fit.predict(samples), band)))
-        progress()
     return found
 
 
-def _recordings(
-    engine: Engine, full: LawFit, scope: np.ndarray, progress: Callable[[], None]
-) -> dict[str, Transfer]:
+def _recordings(engine: Engine, full: LawFit, scope: np.ndarray) -> dict[str, Transfer]:
     samples = engine.samples
     members = [k for k in range(len(samples.curves)) if (samples.of(k) & scope).any()]
     if len(members) < 2:
@@ -221,5 +211,4 @@ def _recordings(
     for k in members:
         fit = engine.fit(full.law, scope & ~samples.of(k), near=full)
         found[samples.curves[k].name] = transfer(samples, fit.predict(samples), samples.of(k) & scope)
-        progress()
     return found

@@ -22,13 +22,12 @@ class Stability:
 
     Attributes:
         strain_min, strain_max: ends of the range [1].
-        least_tangent, greatest_tangent: extremes of d stress / d strain in the range [Pa].
+        greatest_tangent: largest d stress / d strain in the range [Pa].
         falls_from: strain nearest to zero where the stress falls with more strain [1]; None if it never does.
     """
 
     strain_min: float
     strain_max: float
-    least_tangent: float
     greatest_tangent: float
     falls_from: float | None
 
@@ -71,4 +70,4 @@ def stability(fit: LawFit, strain_min: float, strain_max: float) -> Stability:
     middle = 0.5 * (strain[1:] + strain[:-1])
     falling = middle[tangent <= 0.0]
     falls_from = float(falling[np.argmin(np.abs(falling))]) if len(falling) else None
-    return Stability(strain_min, strain_max, float(np.min(tangent)), greatest, falls_from)
+    return Stability(strain_min, strain_max, greatest, falls_from)

@@ -278,13 +278,13 @@ def _question_first(course: _Course, making: Making) -> None:
         making.warn(
             f"{course.drive} is {x[0]:.4g} in row {course.rows[0]} and {x[1]:.4g} in row {course.rows[1]},"
             f" from where it {goes}: was the first row logged before the test began? If it was:"
-            f" {making.keep_rows(*_from(course.rows, 1))}"
+            f" {making.keep_rows(*_from_second(course.rows))}"
         )
 
 
-def _from(rows: np.ndarray, at: int) -> tuple[int, int | None]:
-    """Numbers of the first and the last row, from one of the rows of a test to its end."""
-    return (1, int(rows[at])) if rows[0] > rows[-1] else (int(rows[at]), None)
+def _from_second(rows: np.ndarray) -> tuple[int, int | None]:
+    """Numbers of the first and the last row, from the second row of a test to its end."""
+    return (1, int(rows[1])) if rows[0] > rows[-1] else (int(rows[1]), None)
 
 
 def _up_to(rows: np.ndarray, at: int) -> tuple[int, int | None]:

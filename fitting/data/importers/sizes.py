@@ -122,9 +122,9 @@ def statements(cells: Sequence[str]) -> list[str]:
     return [part for cell in cells for part in _BETWEEN_SIZES.split(cell) if part]
 
 
-def sizes_read(cells: Sequence[str], decimal: str = ".") -> list[tuple[str, Size]]:
+def sizes_read(cells: Sequence[str]) -> list[tuple[str, Size]]:
     """Sizes that a line states, by their names in `--dimension`; none for any other line."""
-    return _of_row(list(cells), decimal)
+    return _of_row(list(cells), ".")
 
 
 def _mark_of(rows: Sequence[Sequence[str]], decimal: str) -> str:

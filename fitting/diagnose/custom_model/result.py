@@ -91,9 +91,9 @@ class Explained(Result):
         """Terms that entered, in order."""
         return self.final.present
 
-    def errors(self, role: str = "validation") -> tuple[dict[str, float], dict[str, float]]:
-        """RMSE of every output, refitted base and augmented model, on recordings of a role."""
-        chosen = np.array([float(r.role == role) for r in self.problem.recordings])
+    def errors(self) -> tuple[dict[str, float], dict[str, float]]:
+        """RMSE of every output, refitted base and augmented model, on recordings for validation."""
+        chosen = np.array([float(r.role == "validation") for r in self.problem.recordings])
         return tuple(self.problem.rmse(fit.result.values, chosen) for fit in (self.base, self.final))
 
     def errors_of(self, name: str) -> tuple[dict[str, float], dict[str, float]]:

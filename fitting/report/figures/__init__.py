@@ -29,8 +29,8 @@ matplotlib_text, new = Late("matplotlib.text"), Late("matplotlib.figure")
 """Makes figures: `new.Figure(...)`."""
 
 # Okabe and Ito's palette, in an order that also differs in lightness
-BLACK, BLUE, ORANGE, GREEN, SKY, PURPLE, VERMILION, YELLOW = (
-    "#000000", "#0072B2", "#E69F00", "#009E73", "#56B4E9", "#CC79A7", "#D55E00", "#F0E442",
+BLACK, BLUE, ORANGE, GREEN, SKY, PURPLE, VERMILION = (
+    "#000000", "#0072B2", "#E69F00", "#009E73", "#56B4E9", "#CC79A7", "#D55E00",
 )  # fmt: skip
 GREY = "#8a8f98"
 SERIES = (BLUE, VERMILION, GREEN, ORANGE, PURPLE, SKY, BLACK)
@@ -109,14 +109,9 @@ def measured_marks(count: int) -> dict[str, Any]:
     return look | {"markersize": 4.2, "markeredgewidth": 0.0, "zorder": 1.5}
 
 
-def residual_label(column: str, lines: str = " ") -> str:
-    """Words, sign and unit of a residual of a canonical column, such as `measured - model [kPa]`.
-
-    Args:
-        column: canonical column.
-        lines: text between the words and the unit.
-    """
-    return f"{RESIDUAL}{lines}{unit_of(column)}".strip()
+def residual_label(column: str) -> str:
+    """Words, sign and unit of a residual of a canonical column, such as `measured - model [kPa]`."""
+    return f"{RESIDUAL} {unit_of(column)}".strip()
 
 
 def residual_over_noise(words: str = "") -> str:
