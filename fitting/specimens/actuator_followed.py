@@ -23,13 +23,12 @@ from .actuator_phase import (
     Ended,
     finite,
     noise_of,
-    replaced,
     settled_rounds,
     wired_springs,
     without_gains,
 )
 from .actuator_rows import body_of
-from .rows import Rows, numbers
+from .rows import Rows, numbers, with_extra
 
 FOLD = 0.08
 """Minimum ratio of two slopes of the resistance over the fraction: with all couplings, over the one at fixed
@@ -106,7 +105,7 @@ def _followed(end: Ended, wired: Sequence[tuple[int, int]]) -> Rows:
     for k, n in wired:
         gain[k], coupled[k] = _gains(rows, k, n, reading["gamma"][k], finite(end.slopes[k][f"ohms_{n}"]))
     columns = {"gain": tuple(gain), "coupled_gain": tuple(coupled), **reading}
-    return replaced(rows, **columns, **{UNSETTLED: np.asarray(not end.ended)})
+    return with_extra(rows, **columns, **{UNSETTLED: np.asarray(not end.ended)})
 
 
 def _gains(

@@ -25,7 +25,7 @@ from pneusma_jax.numerics.safe import as_arrays
 from pneusma_jax.program_cache import cached_program
 
 from .actuator_rows import body_of, trajectory
-from .rows import Rows, numbers, stack
+from .rows import Rows, numbers, stack, with_extra
 
 ROUNDS = 25
 """Maximum number of smoothing rounds."""
@@ -80,7 +80,7 @@ def undecided(rows: Rows, count: int) -> Rows:
     fill = {"xi0": 1.0, "gain": 0.0, "ohms": 1.0, "sd": 0.0}
     blank = {name: tuple(np.full(len(rows.mask), fill[name]) for _ in range(count)) for name in DECIDED}
     clean = {name: np.asarray(weight) for name, weight in rows.weight.items()}
-    return eqx.tree_at(lambda r: r.extra, rows, {**rows.extra, **blank, "clean": clean})
+    return with_extra(rows, **blank, clean=clean)
 
 
 def decided(values: Mapping[str, float], recordings: Sequence[Rows]) -> list[Rows]:
@@ -204,7 +204,7 @@ def _perturbed(rows: Rows, k: int) -> Rows:
     """The recording with the martensite fraction of spring k shifted by `NUDGE`."""
     xi0 = [np.asarray(x) for x in rows.extra["xi0"]]
     xi0[k] = xi0[k] + _nudge(xi0[k])
-    return replaced(rows, xi0=tuple(xi0))
+    return with_extra(rows, xi0=tuple(xi0))
 
 
 def _smoothed(found: Ended, wired: Sequence[tuple[int, int]]) -> Rows:
@@ -226,7 +226,7 @@ def relaxed(last: Rows, before: Rows, after: Rows) -> Rows:
     step = np.subtract(after.extra["xi0"], before.extra["xi0"])
     if np.sum(step * np.subtract(before.extra["xi0"], last.extra["xi0"])) >= 0.0:
         return after
-    return replaced(after, xi0=tuple(np.asarray(before.extra["xi0"]) + 0.5 * step))
+    return with_extra(after, xi0=tuple(np.asarray(before.extra["xi0"]) + 0.5 * step))
 
 
 def largest_change(before: Rows, after: Rows) -> float:
@@ -240,7 +240,7 @@ def _with_start(rows: Rows, wired: Sequence[int]) -> Rows:
     for k in wired:
         if noise_of(rows, k) > 0.0 and not np.any(rows.extra["sd"][k] > 0.0):
             xi0[k] = np.full(len(rows.mask), BEGIN)
-    return replaced(rows, xi0=tuple(xi0))
+    return with_extra(rows, xi0=tuple(xi0))
 
 
 def noise_of(rows: Rows, k: int) -> float:
@@ -271,7 +271,7 @@ def smoothed(rows: Rows, k: int, missed: np.ndarray, slope: np.ndarray) -> Rows:
     most = max(MISSTATED, SCATTER * scatter(rows.time, rows.inputs[f"resistance_{number}"]) / noise)
     walk = smooth_walk(np.asarray(rows.time), before + step, (slope / noise) ** 2, (1.0 / MISSTATED, most))
     after = np.clip(walk, 0.0, 1.0)
-    return replaced(rows, xi0=tuple(after if j == k else x for j, x in enumerate(rows.extra["xi0"])))
+    return with_extra(rows, xi0=tuple(after if j == k else x for j, x in enumerate(rows.extra["xi0"])))
 
 
 def understated(rows: Rows) -> dict[int, float]:
@@ -311,7 +311,7 @@ def scatter(time: np.ndarray, readings: np.ndarray) -> float:
 def _with_gains(values: Mapping[str, Array], end: Ended, wired: Sequence[tuple[int, int]]) -> Rows:
     """A recording with gains, resistances and weights at the fractions at which its rounds ended."""
     ohms = tuple(end.base[f"ohms_{n}"] for n in end.rows.extra["layout"].spring_numbers)
-    rows = replaced(end.rows, ohms=ohms, **{UNSETTLED: np.asarray(not end.ended)})
+    rows = with_extra(end.rows, ohms=ohms, **{UNSETTLED: np.asarray(not end.ended)})
     variance = {
         name: 1.0 / np.where(w > 0.0, w, np.inf) ** 2 for name, w in end.rows.extra["clean"].items()
     }
@@ -343,7 +343,7 @@ def _with_gain(
     put = lambda name, column: tuple(  # noqa: E731
         column if j == k else old for j, old in enumerate(rows.extra[name])
     )
-    return replaced(rows, sd=put("sd", sd), gain=put("gain", gain))
+    return with_extra(rows, sd=put("sd", sd), gain=put("gain", gain))
 
 
 @eqx.filter_jit
@@ -366,11 +366,6 @@ def _reweighted(rows: Rows, variance: Mapping[str, np.ndarray]) -> Rows:
     return eqx.tree_at(lambda r: r.weight, rows, weight)
 
 
-def replaced(rows: Rows, **columns: tuple[np.ndarray, ...]) -> Rows:
-    """A recording with other columns of its springs."""
-    return eqx.tree_at(lambda r: r.extra, rows, {**rows.extra, **columns})
-
-
 def without_gains(rows: Rows) -> Rows:
     """The same recording, or stack of them, with fixed fractions, which follow no resistance."""
-    return replaced(rows, gain=tuple(0.0 * np.asarray(gain) for gain in rows.extra["gain"]))
+    return with_extra(rows, gain=tuple(0.0 * np.asarray(gain) for gain in rows.extra["gain"]))

@@ -14,7 +14,7 @@ from jaxtyping import Array, Float
 
 from fitting.inference.lasting_noise import Size, modes_of
 
-from .rows import Rows
+from .rows import Rows, with_extra
 
 KEY = "correlated"
 """Name in `Rows.extra` of the transformations by output."""
@@ -70,7 +70,7 @@ def whitening(rows: Rows, output: str, size: Size) -> Whitening:
 def correlated(rows: Rows, sizes: Mapping[str, Size]) -> Rows:
     """The same recording with noise that is correlated by zeros of these sizes, by output."""
     own = {name: whitening(rows, name, sizes[name]) for name in rows.weight if name in sizes}
-    return replace(rows, extra={**rows.extra, KEY: own})
+    return with_extra(rows, **{KEY: own})
 
 
 def spread_of(rows: Rows, output: str) -> Float[np.ndarray, " rows"]:
@@ -89,7 +89,7 @@ def correlated_stack(stacked: Rows, sizes: Mapping[str, Size]) -> Rows:
     each = [jax.tree.map(lambda x: x[k], stacked) for k in range(len(stacked.mask))]  # noqa: B023
     own = [correlated(one, sizes).extra[KEY] for one in each]
     together = jax.tree.map(lambda *leaves: jnp.stack(leaves), *own)
-    return replace(stacked, extra={**stacked.extra, KEY: together})
+    return with_extra(stacked, **{KEY: together})
 
 
 def uncorrelated(rows: Rows) -> Rows:

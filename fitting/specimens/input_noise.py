@@ -19,7 +19,7 @@ from fitting.inference.readings import noise_found
 from pneusma_jax.numerics.safe import as_arrays
 
 from .registry import predictor_of
-from .rows import CLEAN, Rows, stack
+from .rows import CLEAN, Rows, stack, with_extra
 from .specimen import Model
 
 SIGMA = "sigma"
@@ -41,7 +41,7 @@ def with_driver_noise(rows: Rows, recording: Recording, drivers: Sequence[str], 
     for name in drivers:
         noise = recording.noise_si(name) or noise_found(recording, name)
         sigma[name] = np.asarray(noise / np.sqrt(block))
-    return eqx.tree_at(lambda r: r.extra, rows, {**rows.extra, CLEAN: dict(rows.weight), SIGMA: sigma})
+    return with_extra(rows, **{CLEAN: dict(rows.weight), SIGMA: sigma})
 
 
 def have_driver_noise(recordings: Sequence[Rows]) -> bool:

@@ -1,6 +1,7 @@
 """One recording as arrays of standard sizes, so that campaigns stack and share one compiled program."""
 
 from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
 
 import equinox as eqx
 import jax
@@ -108,6 +109,11 @@ def with_numbers(rows: Rows, known: Mapping[str, Quantity]) -> Rows:
         name: np.asarray(float(known[name].value)) if name in known else x for name, x in rows.base.items()
     }
     return eqx.tree_at(lambda r: r.base, rows, base)
+
+
+def with_extra(rows: Rows, **entries: Any) -> Rows:
+    """A recording, or a stack of them, with other entries of its `extra`."""
+    return eqx.tree_at(lambda r: r.extra, rows, {**rows.extra, **entries})
 
 
 def bucket(count: int) -> int:

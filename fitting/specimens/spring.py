@@ -36,7 +36,7 @@ from pneusma_jax.pipeline import Effect
 from . import priors, spring_rows, spring_trajectory
 from .latent import Drivers, LatentStates
 from .registry import register
-from .rows import Rows, numbers, stack
+from .rows import Rows, numbers, stack, with_extra
 from .specimen import FITTED, OF_HISTORIES, RowOptions, Specimen
 from .spring_by_temperature import BY_TEMPERATURE, without_resistance
 from .spring_course import best_course, lasting_precision
@@ -89,7 +89,7 @@ def prepared(values: Mapping[str, Array], stacked: Rows, channels: list[list[Cha
     """
     own = {name: x for name, x in stacked.extra.items() if not name.startswith((*ADDED, *SEARCHED))}
     plain = undecided(eqx.tree_at(lambda rows: rows.extra, stacked, own))  # so that one program serves all
-    found = _with(plain, **_noise_of(channels, stacked.mask.shape))
+    found = with_extra(plain, **_noise_of(channels, stacked.mask.shape))
     known = {name: jnp.asarray(value, float) for name, value in values.items()}
     precision = {name: lasting_precision(found, name) for name in OUTPUTS}
     courses = steady_fractions(known, plain, precision)
@@ -102,7 +102,7 @@ def prepared(values: Mapping[str, Array], stacked: Rows, channels: list[list[Cha
         RESTS: stacked.extra.get(RESTS, nothing),
     }
     noise = jnp.where(searched[RESTS][:, None] > 0.0, STEADY, noise)
-    return _with(found, process_noise=noise, **searched)
+    return with_extra(found, process_noise=noise, **searched)
 
 
 def _noise_of(channels: list[list[Channel]], shape: tuple[int, ...]) -> dict[str, Array]:
@@ -212,12 +212,7 @@ def _free(time: Array, changes: Array) -> Float[Array, " rows"]:
 def _followed(rows: Rows, course: np.ndarray) -> Rows:
     """A recording with a steady course, and a process noise that lets the fraction follow it."""
     noise = _process_noise(jnp.asarray(rows.time), jnp.asarray(course), jnp.asarray(rows.mask))
-    return _with(rows, process_noise=np.asarray(noise), **{BEGUN: course})
-
-
-def _with(rows: Rows, **entries: np.ndarray) -> Rows:
-    """A recording with other entries."""
-    return eqx.tree_at(lambda r: r.extra, rows, {**rows.extra, **entries})
+    return with_extra(rows, process_noise=np.asarray(noise), **{BEGUN: course})
 
 
 class SpringPhase(LatentStates):
@@ -250,7 +245,7 @@ class SpringPhase(LatentStates):
 
     def with_resting(self, stacked: Rows, chosen: np.ndarray) -> Rows:
         """Stack in which the fractions of chosen recordings do not change."""
-        return _with(stacked, **{RESTS: jnp.asarray(chosen, float)})
+        return with_extra(stacked, **{RESTS: jnp.asarray(chosen, float)})
 
     def otherwise(self, drivers: Mapping[str, Array]) -> list[dict[str, Array]]:
         """Drivers with other decisions; see `otherwise_decided`."""
@@ -261,7 +256,7 @@ class SpringPhase(LatentStates):
 
         `answer` finds the fraction itself anew under every model.
         """
-        loose = [_with(rows, process_noise=np.asarray(LOOSE)) for rows in recordings]
+        loose = [with_extra(rows, process_noise=np.asarray(LOOSE)) for rows in recordings]
         stacked, found = stack(loose), drivers(loose)
         information = sum(lasting_precision(stacked, name) * found[f"slope_{name}"] ** 2 for name in OUTPUTS)
         courses = np.asarray(steady_along(stacked.time, found["xi0"], information))

@@ -23,7 +23,7 @@ from fitting.inference.latent_trajectory import smoother
 from pneusma_jax.nitinol import Spring
 
 from .correlated_noise import KEY, independent
-from .rows import Rows, numbers
+from .rows import Rows, numbers, with_extra
 from .spring_law import Decisions, Law, Trajectory
 from .spring_rows import MARGIN, OUTPUTS, spring_of
 
@@ -149,7 +149,7 @@ def decided(values: Mapping[str, Array], stacked: Rows) -> Rows:
     plain, before = undecided(stacked), stacked.extra.get("decisions")
     known = jnp.asarray(before is not None)
     found = _decided(values, plain, before if known else Decisions.blank(plain.mask.shape), known)
-    return eqx.tree_at(lambda r: r.extra, plain, {**plain.extra, "decisions": found})
+    return with_extra(plain, decisions=found)
 
 
 @jax.jit
@@ -169,7 +169,7 @@ def _decided(values: Mapping[str, Array], plain: Rows, before: Decisions, known:
         every = jax.tree.map(lambda *x: jnp.concatenate(x), first, shared, several)
 
         def with_decisions(decisions: Decisions) -> Rows:
-            return eqx.tree_at(lambda r: r.extra, rows, {**rows.extra, "decisions": decisions})
+            return with_extra(rows, decisions=decisions)
 
         def misfit(decisions: Decisions) -> Array:
             return jnp.sum(residual(values, with_decisions(decisions)) ** 2)

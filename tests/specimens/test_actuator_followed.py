@@ -8,12 +8,12 @@ import pytest
 
 from fitting.data.recordings import Campaign, Recording
 from fitting.data.recordings.nominal import nominal_geometry
-from fitting.specimens import actuator_followed, actuator_phase, stack
+from fitting.specimens import actuator_phase, stack
 from fitting.specimens.actuator_followed import settled
 from fitting.specimens.actuator_phase import UNSETTLED
 from fitting.specimens.actuator_rows import body_of
 from fitting.specimens.registry import drivers_of
-from fitting.specimens.rows import numbers
+from fitting.specimens.rows import numbers, with_extra
 from fitting.specimens.saved_models import AugmentedModel, add_effect
 from fitting.specimens.with_saved_model import Augmented
 from pneusma_jax.effects.electrical import SeriesResistance
@@ -76,7 +76,7 @@ def through(heated):
 
 
 def _with_fraction(rows, fraction):
-    return actuator_followed.replaced(rows, xi0=(rows.extra["xi0"][0], fraction))
+    return with_extra(rows, xi0=(rows.extra["xi0"][0], fraction))
 
 
 def test_a_spring_that_is_heated_through_within_two_rows_gets_its_fractions_back(through):
@@ -204,7 +204,7 @@ def _slope(rows):
 
 
 def _with_noise(rows, noise):
-    return actuator_followed.replaced(rows, noise_resistance_2=np.asarray(noise))
+    return with_extra(rows, noise_resistance_2=np.asarray(noise))
 
 
 def test_a_stated_noise_of_next_to_nothing_has_a_floor(through):

@@ -2,6 +2,7 @@
 
 import os
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -121,16 +122,16 @@ def _from_provenance(text: str) -> dict[str, str]:
 
 def _from_cff(text: str) -> dict[str, str]:
     """Title, date and address of a CITATION.cff. Only its top level is read, which needs no YAML reader."""
-    values = dict(
-        re.findall(r"^(title|doi|url|date-released|version):\s*[\"']?(.+?)[\"']?\s*$", text, re.MULTILINE)
-    )
-    parts = [values[key] for key in ("title", "version", "date-released", "doi", "url") if key in values]
-    return {"citation": ", ".join(parts)} if "title" in values else {}
+    keys = ("title", "version", "date-released", "doi", "url")
+    return _cited(keys, r"^(KEYS):\s*[\"']?(.+?)[\"']?\s*$", text)
 
 
 def _from_bibtex(text: str) -> dict[str, str]:
-    values = dict(
-        re.findall(r"^\s*(author|title|journal|year|doi)\s*=\s*[{\"](.+?)[}\"],?\s*$", text, re.MULTILINE)
-    )
-    parts = [values[key] for key in ("author", "title", "journal", "year", "doi") if key in values]
-    return {"citation": ", ".join(parts)} if "title" in values else {}
+    keys = ("author", "title", "journal", "year", "doi")
+    return _cited(keys, r"^\s*(KEYS)\s*=\s*[{\"](.+?)[}\"],?\s*$", text)
+
+
+def _cited(keys: Sequence[str], pattern: str, text: str) -> dict[str, str]:
+    """Citation of a text that states some keys, each in a line of this pattern; none without a title."""
+    values = dict(re.findall(pattern.replace("KEYS", "|".join(keys)), text, re.MULTILINE))
+    return {"citation": ", ".join(values[key] for key in keys if key in values)} if "title" in values else {}
