@@ -8,6 +8,7 @@ from fitting.calibrate.general.fit import inflated
 from fitting.calibrate.general.pipeline import GeneralCharacterisation
 from fitting.calibrate.result import Characterisation
 from fitting.calibrate.spring.pipeline import SpringCharacterisation
+from fitting.specimens.saved_model_notes import notes_on
 from pneusma_jax.calibration.records import Calibration
 from pneusma_jax.errors import InputError
 
@@ -55,6 +56,6 @@ def _(fit: GeneralCharacterisation, model: Calibration | None = None) -> Problem
     if model is not None:
         raise InputError(f"{model.name}: priors of this kind come from the campaign, not from a table")
     rows = inflated(fit.fit.rows, fit.fit.inflation)
-    notes = [] if fit.model is None else fit.model.notes(fit.campaign)
+    notes = [] if fit.model is None else notes_on(fit.model, fit.campaign)
     found = model_problem(fit.title, fit.fit.recordings, rows, fit.fitted, notes, model=fit.fit.model)
     return replace(found, fit=fit)

@@ -1,7 +1,6 @@
 """A model on disk (`--model`) as a `Model` of recordings of a kind.
 
 Fits, samplers and reports see its constants and its effects' parameters.
-
 """
 
 import dataclasses
@@ -17,14 +16,11 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from fitting.data.recordings import Campaign, Recording
-from fitting.inference.notes import capital, joined
-from fitting.inference.numbers import number
 from fitting.inference.parameters import Parameters
 from fitting.specimens.saved_models.model import parameter_of
 from pneusma_jax.calibration.keys import QUANTITIES
 from pneusma_jax.calibration.records import Quantity
 from pneusma_jax.effects import Spec, find_effect, specs_of
-from pneusma_jax.errors import InputError, counted
 from pneusma_jax.model_discrepancy import CHANNELS
 from pneusma_jax.numerics.safe import as_arrays
 from pneusma_jax.pipeline import Effect
@@ -38,9 +34,6 @@ from .rows import MARK, MOST_ROWS, Rows, stack, with_numbers
 from .saved_models import AddedDiscrepancy, AddedEffect, AugmentedModel, diagnosed_title
 from .silicones import FACTOR
 from .specimen import Model, Specimen
-
-MUCH_NARROWER = 2.0
-"""Minimum ratio of a constant's prior without a model on disk to that of its file for a note [1]."""
 
 
 @dataclass(frozen=True)
@@ -178,7 +171,7 @@ class Augmented(Model):
         campaign = self.described(campaign)
         base = self.specimen.parameters_for(campaign, **self.options(campaign, options))
         for name, entry in base.items():
-            quantity = self._quantity(campaign, name)
+            quantity = self.quantity(campaign, name)
             if quantity is not None:
                 start_from(entry, quantity, self.is_from_here(quantity))
         if self._factor_is_of_the_law(campaign, base):
@@ -196,7 +189,7 @@ class Augmented(Model):
         """
         if FACTOR not in base or any(r.geometry.get("material") != FIT for r in campaign.recordings):
             return False
-        known = {name: self._quantity(campaign, name) for name in base}
+        known = {name: self.quantity(campaign, name) for name in base}
         pressures = {name for name in known if QUANTITIES["silicone"].get(name) == "pressure"}
         own = {name for name, q in known.items() if q is not None and self.is_from_here(q)}
         stated = set() if known[FACTOR] is None else {FACTOR}
@@ -215,7 +208,8 @@ class Augmented(Model):
         """True if a diagnosis of the campaign that is fitted led to the model, and so has looked already."""
         return bool(self.title) and self.title == diagnosed_title(self.model.description)
 
-    def _quantity(self, campaign: Campaign, name: str) -> Quantity | None:
+    def quantity(self, campaign: Campaign, name: str) -> Quantity | None:
+        """The model's number of a parameter in a fit of a campaign; None where it states none."""
         stem, mark, number = name.partition(MARK)
         specimens = list(campaign.specimens())
         own = specimens[int(number) - 1] if mark else specimens[0] if len(specimens) == 1 else None
@@ -274,67 +268,16 @@ class Augmented(Model):
             quantities |= {names[k]: q for k, q in added.parameters.items() if k in names}
         return [n for n, q in quantities.items() if q.prior is not None and self.is_from_here(q)]
 
-    def notes(self, campaign: Campaign) -> list[str]:
-        """Sentences on model discrepancies, which no fit changes, and on priors that do not count again."""
-        sentences = []
-        for rest in self.discrepancies:
-            sentences.append(
-                f"{capital(rest.words)}, is added as the file states it, and was not fitted here. "
-                f"It was seen for {rest.span_words} only. "
-                "Errors of its corrections are in no other error."
-            )
-            if rest in self.reused:
-                knots = counted(len(rest.knots), "knot")
-                sentences[-1] += f" It comes from these recordings: its {knots} count as fitted numbers."
-        for rest in self.idle:
-            sentences.append(f"{capital(rest.words)}, does not act in recordings of kind {self.kind}.")
-        spent = self.spent(campaign)
-        if spent:
-            sentences.append(
-                f"The file's priors of {joined(spent)} come from these recordings and are not counted again."
-            )
-        return sentences + self._narrowed(campaign)
-
-    def _narrowed(self, campaign: Campaign) -> list[str]:
-        """A sentence on base constants that the file knows much better than recordings of this kind alone."""
-        campaign, told = self.described(campaign), []
-        for name, entry in self.specimen.parameters_for(campaign, **self.options(campaign, {})).items():
-            quantity = self._quantity(campaign, name)
-            if quantity is None or quantity.prior is None or self.is_from_here(quantity):
-                continue
-            if entry.prior is None:
-                told.append(f"{name} (it has none without the file)")
-            elif entry.prior.sd >= MUCH_NARROWER * quantity.prior.sd:
-                told.append(f"{name} by a factor of {number(entry.prior.sd / quantity.prior.sd, '.2g')}")
-        if not told:
-            return []
-        return [
-            "The file's priors do not come from these recordings, and narrow those of "
-            f"{joined(told)}. If this is another specimen, widen them in the file."
-        ]
-
-    def _specs(self) -> Iterator[tuple[str, str, Spec]]:
+    def specs(self) -> Iterator[tuple[str, str, Spec]]:
         """Name in the fit, slug and prior knowledge of every parameter of the acting effects."""
         for added, names in zip(self.acting, self.names, strict=True):
             effect = find_effect(added.slug)
             for key, name in names.items():
                 yield name, added.slug, effect.specs[parameter_of(effect, key)]
 
-    def absent(self, parameters: Parameters) -> dict[str, str]:
-        """Amplitudes of effects that a fit leaves at zero, by name, with a sentence each."""
-        found = {}
-        for name, slug, spec in self._specs():
-            entry = parameters[name]
-            if entry.at_bound and not spec.shape and abs(entry.value - spec.neutral) <= 1e-6 * spec.high:
-                found[name] = (
-                    f"{name} ended at {spec.neutral:g}, where {slug} is absent: these recordings do not ask "
-                    "for it."
-                )
-        return found
-
     def natural_ends(self) -> frozenset[str]:
         """Names of the parameters of effects both ends of whose ranges are forms of their own."""
-        return frozenset(name for name, _, spec in self._specs() if spec.natural_ends)
+        return frozenset(name for name, _, spec in self.specs() if spec.natural_ends)
 
     def effects(self, values: Mapping[str, Array]) -> tuple[Effect, ...]:
         """Acting effects with the parameters of a fit, and discrepancies as they are; may be traced."""
@@ -405,20 +348,3 @@ class Augmented(Model):
 
     def _by_row(self, values: Mapping[str, Array], stacked: Rows) -> Float[Array, "recordings rows"]:
         return of_each(self, lambda rows: self.answer(values, rows)[1]["taken_from_errors"], stacked)
-
-
-def check_kind(model: AugmentedModel, kind: str) -> None:
-    """Refuse a model that says nothing about recordings of a kind.
-
-    Raises:
-        InputError: one line that says what the model holds.
-    """
-    tables = specimen_of(kind).tables
-    some = any(table in tables for own in (model.base, *model.specimens.values()) for table in own)
-    if some or model.tables or Augmented(kind, model).more_than_base:
-        return
-    named = (one.words if isinstance(one, AddedDiscrepancy) else one.slug for one in model.added)
-    held = "; ".join(named) or "no effect"
-    raise InputError(
-        f"{model.path or model.name}: nothing in this model acts in recordings of kind {kind} ({held})"
-    )

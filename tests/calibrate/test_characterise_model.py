@@ -22,6 +22,7 @@ from fitting.report.general import text
 from fitting.report.general.text import about_the_model, verdict, warnings
 from fitting.sample.problems import sampling_problem
 from fitting.specimens import residual_of, specimen_of, stack
+from fitting.specimens.saved_model_notes import absent_effects, notes_on
 from fitting.specimens.saved_models import (
     DIAGNOSIS,
     AddedDiscrepancy,
@@ -97,11 +98,11 @@ def test_an_effects_parameters_come_out_again(fit):
 def test_what_is_left_at_its_neutral_value_is_called_absent(fit):
     parameters = fit.fitted.copy()
     parameters["mullins_softening_depth"].set(value=0.0)
-    assert "where mullins_softening is absent" in fit.model.absent(parameters)["mullins_softening_depth"]
-    assert not fit.model.absent(fit.fitted)
+    assert "where mullins_softening is absent" in absent_effects(fit.model, parameters)["mullins_softening_depth"]
+    assert not absent_effects(fit.model, fit.fitted)
     held = np.array([n.endswith("depth") for n in fit.information.names])
     information = dataclasses.replace(fit.information, fixed=held)
-    entries = open_constants(information, parameters, fit.start, fit.model.absent(parameters))
+    entries = open_constants(information, parameters, fit.start, absent_effects(fit.model, parameters))
     assert [e["kind"] for e in entries if e["parameters"] == ["mullins_softening_depth"]] == ["absent"]
 
 
@@ -143,13 +144,13 @@ def test_the_model_found_is_written_and_fits_the_next_campaign(fit, tmp_path):
     same = Augmented("elastomer", again, fit.title)
     assert "mullins_softening_depth" in same.spent(fit.campaign)
     assert same.parameters_for(fit.campaign)["mullins_softening_depth"].prior is None
-    assert not any("narrow" in said for said in same.notes(fit.campaign))
+    assert not any("narrow" in said for said in notes_on(same, fit.campaign))
     for title in ("another stand", fit.title[:-1]):  # which the longer name does not name
         other = Augmented("elastomer", again, title)
         prior = other.parameters_for(fit.campaign)["mullins_softening_depth"].prior
         assert prior.sd == pytest.approx(depth.prior.sd) and prior.max == 0.7
         assert other.spent(fit.campaign) == []
-        assert any("narrow those of silicone_stiffness by a factor of" in said for said in other.notes(fit.campaign))
+        assert any("narrow those of silicone_stiffness by a factor of" in said for said in notes_on(other, fit.campaign))
         assert other.parameters_for(fit.campaign)["silicone_stiffness"].prior.mean == pytest.approx(
             fit.parameters["silicone_stiffness"].value
         )

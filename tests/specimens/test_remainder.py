@@ -16,6 +16,7 @@ from fitting.simulate import predict
 from fitting.simulate.unmodelled import BEYOND
 from fitting.simulate.workspace.grid import compute_workspace
 from fitting.specimens import SPECIMENS, specimen_of
+from fitting.specimens.saved_model_notes import check_kind
 from fitting.specimens.saved_models import (
     AddedDiscrepancy,
     AugmentedModel,
@@ -24,7 +25,7 @@ from fitting.specimens.saved_models import (
     save_model,
 )
 from fitting.specimens.saved_models.files import render_model
-from fitting.specimens.with_saved_model import Augmented, check_kind
+from fitting.specimens.with_saved_model import Augmented
 from fitting.synthesise import synthesise
 from pneusma_jax.calibration.records import Prior, Quantity
 from pneusma_jax.effects import CATALOGUE, find_effect

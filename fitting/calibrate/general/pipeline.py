@@ -24,6 +24,7 @@ from fitting.inference.parameters import Parameters
 from fitting.inference.progress import Stages
 from fitting.specimens import Specimen, priors
 from fitting.specimens.refitted import refitted
+from fitting.specimens.saved_model_notes import absent_effects
 from fitting.specimens.saved_models import AugmentedModel
 from fitting.specimens.specimen import EVERY
 from fitting.specimens.with_saved_model import Augmented, Held
@@ -305,7 +306,7 @@ def _result(
     """
     fit, fisher = ended.fit, ended.information
     fitted = fit.result.parameters
-    absent, natural = (model.absent(fitted), model.natural_ends()) if model else ({}, frozenset())
+    absent, natural = (absent_effects(model, fitted), model.natural_ends()) if model else ({}, frozenset())
     left_open = open_constants(
         fisher, fitted, start, absent, natural, profiled=with_intervals(profiled),
         unfitted=of_unfitted(fisher.names, campaign.recordings),

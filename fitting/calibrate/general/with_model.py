@@ -9,8 +9,9 @@ from fitting.calibrate.result import Characterisation
 from fitting.calibrate.spring import characterise_spring
 from fitting.data.recordings import Campaign
 from fitting.specimens import SPRING, kind_of, priors, specimen_of
+from fitting.specimens.saved_model_notes import check_kind
 from fitting.specimens.saved_models import AugmentedModel
-from fitting.specimens.with_saved_model import Augmented, check_kind
+from fitting.specimens.with_saved_model import Augmented
 from pneusma_jax.units import from_si
 
 from .pipeline import characterise_general

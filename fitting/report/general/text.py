@@ -15,6 +15,7 @@ from fitting.inference.notes import joined
 from fitting.inference.numbers import number
 from fitting.specimens import BY_TEMPERATURE, WIRE, kind_of, specimen_of
 from fitting.specimens.actuator_phase import UNSETTLED, understated
+from fitting.specimens.saved_model_notes import notes_on
 from fitting.specimens.spring_by_temperature import ELECTRICAL
 from pneusma_jax.effects import find_effect
 from pneusma_jax.errors import counted
@@ -211,7 +212,7 @@ def about_the_model(result: GeneralCharacterisation) -> list[str]:
     for added in result.model.acting:
         sentence = find_effect(added.slug).sentence_for(specimen_of(kind_of(result.campaign)).letter)
         sentences.append(f"{added.slug}: {sentence}")
-    return [*sentences, *result.model.notes(result.campaign)]
+    return [*sentences, *notes_on(result.model, result.campaign)]
 
 
 def _missed(result: GeneralCharacterisation) -> str:
