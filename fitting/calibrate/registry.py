@@ -2,7 +2,7 @@
 
 import functools
 import inspect
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, Protocol
@@ -20,8 +20,8 @@ from pneusma_jax.errors import InputError
 from .elastomer import characterise_elastomer
 from .general import characterise_specimen
 from .general.with_model import characterise_with
-from .result import Characterisation
-from .spring import characterise_spring
+from .result import Characterisation, Estimate
+from .spring import characterise_spring, values_found
 
 _TABLES = {"base": "alloy", "material": "material"}
 """Key of `[geometry]` by the option that names a table to start from."""
@@ -113,6 +113,20 @@ def _(specimen: Coupon) -> Pipeline:
 @own_pipeline.register
 def _(specimen: SpringOnStand) -> Pipeline:
     return characterise_spring
+
+
+@functools.singledispatch
+def own_search(specimen: Specimen) -> Callable[..., Iterator[Mapping[str, Estimate]]] | None:
+    """Function that only looks for the constants of a kind with a pipeline of its own; None of other kinds.
+
+    It takes a campaign and `progress`. It gives the constants by name, those that are found soonest first.
+    """
+    return None
+
+
+@own_search.register
+def _(specimen: SpringOnStand) -> Callable[..., Iterator[Mapping[str, Estimate]]]:
+    return values_found
 
 
 def _pipeline_with(

@@ -5,13 +5,13 @@ missing effect. So the search may be made twice: with drives as recorded, and wi
 """
 
 import dataclasses
-from collections.abc import Callable, Mapping, Sequence
-from functools import cache
+from collections.abc import Callable, Iterator, Sequence
+from itertools import count, islice
+from typing import TypeVar
 
 import numpy as np
 
 from fitting.calibrate.assumed import far_from_nominal
-from fitting.calibrate.result import Estimate
 from fitting.data.recordings import Campaign, Recording, require_fitted, schema
 from fitting.inference.notes import of_several
 from fitting.inference.parallel import small_matrices
@@ -42,6 +42,7 @@ from .verdict.text import unstated
 from .verdict.turns import TriedTurns, as_recorded, with_turns
 
 VALUES = DEFAULT.values
+T = TypeVar("T")
 
 
 @small_matrices
@@ -138,12 +139,11 @@ def _search(
         rebuilt: see `Rebuilding`.
     """
 
-    @cache  # it depends on the recordings alone, and both searches need it
-    def calibrated() -> Mapping[str, Estimate]:
-        return {} if model is not None else characterised(campaign, kind, progress)
+    # They depend on the recordings alone, and both searches need them.
+    calibrated = _made_once(characterised(campaign, kind, progress) if model is None else iter(()))
 
-    def further_starts(program: Program) -> list[np.ndarray]:
-        return begun_at(calibrated(), program.unknowns)
+    def further_starts(program: Program) -> Iterator[np.ndarray]:
+        return (begun_at(known, program.unknowns) for known in calibrated())
 
     def searched(program: Program) -> Explanation:
         rng, effort = np.random.default_rng(seed), 2 if thorough else 1
@@ -158,6 +158,26 @@ def _search(
         return explanation
 
     return searched
+
+
+def _made_once(found: Iterator[T]) -> Callable[[], Iterator[T]]:
+    """The items of an iterator from the first one on, each time it is called; each is made once, when needed.
+
+    Args:
+        found: makes the items.
+    """
+    known: list[T] = []
+
+    def again() -> Iterator[T]:
+        for k in count():
+            if k == len(known):
+                made = list(islice(found, 1))
+                if not made:
+                    return
+                known.extend(made)
+            yield known[k]
+
+    return again
 
 
 Rebuilding = Callable[[Program, Sequence[Recording]], Program]

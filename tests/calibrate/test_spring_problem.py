@@ -10,7 +10,9 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from fitting.calibrate.profile_likelihood import ALIKE
 from fitting.calibrate.spring import problem as problems
+from fitting.calibrate.spring.joint import alike
 from fitting.calibrate.spring.misfit import missed
 from fitting.calibrate.spring.problem import Problem, residuals_and_freedom, solve, values_of
 from fitting.calibrate.spring.scores import scores
@@ -18,9 +20,10 @@ from fitting.calibrate.spring.search import problem_of, readings_of
 from fitting.calibrate.spring.stand_tests import level_at_rest
 from fitting.data.recordings import read_campaign
 from fitting.inference.latent_trajectory import smoother
+from fitting.inference.least_squares import Status
 from fitting.report.spring.text import not_fitted
 from fitting.specimens.rows import Rows, numbers, stack
-from fitting.specimens.spring_rows import spring_of
+from fitting.specimens.spring_rows import OUTPUTS, spring_of
 from fitting.specimens.spring_trajectory import law_of, trajectory
 from pneusma_jax.nitinol import load_alloy
 from pneusma_jax.units import to_si
@@ -93,6 +96,31 @@ def test_a_fit_computes_no_recording_that_it_does_not_count(held, monkeypatch):
     assert left_out and len(rows.mask) == len(held.tests) - len(left_out)
     for k, measured in zip(held.fitted, np.asarray(rows.measured["force"]), strict=True):
         assert np.array_equal(measured, held.stacked.measured["force"][k])
+
+
+@pytest.mark.parametrize(("reduced", "rounds"), [(400.0, 2), (1.0, problems.MOST_ROUNDS)])
+def test_rounds_end_by_chi_square_in_the_unit_of_the_noise_as_found(held, monkeypatch, reduced, rounds):
+    """A fit fell by 10 of 400,000 in each of its rounds, and made all of them, where the law misses the tests."""
+    asked, per_row = [], np.random.default_rng(0)
+    size = len(held.fitted) * len(OUTPUTS) * held.stacked.mask.shape[1] + len(held.parameters.layout().free)
+
+    def solved(parameters, data, most=problems.MAX_STEPS, least=0.0):
+        asked.append(least)
+        return SimpleNamespace(
+            chi_square=1000.0 * reduced - 10.0 * len(asked), reduced_chi_square=reduced, success=not least,
+            status=Status.LINGERING if least else Status.CONVERGED, values=parameters.valuesdict(),
+            residual=np.sqrt(reduced) * per_row.standard_normal(size),
+        )  # fmt: skip
+
+    monkeypatch.setattr(problems, "solve", solved)
+    _, problem = held.fitted_with()
+    assert len(asked) == rounds and asked[0] == 0.0
+    unit = problem.unit
+    assert np.isclose(unit, reduced, rtol=0.3) if reduced > 1.0 else unit == 1.0
+    assert np.allclose(asked[1:], problems.SAME * unit if reduced > 1.0 else 0.0, rtol=0.3)
+    taken = problem.inflated(problem.found)
+    assert taken.unit == 1.0 and taken.least == (problems.SAME if reduced > 1.0 else 0.0)
+    assert np.isclose(alike(problem), ALIKE * problem.found**2)
 
 
 def test_a_held_fraction_is_not_searched_and_its_test_counts(held, monkeypatch):

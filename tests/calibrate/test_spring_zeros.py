@@ -9,7 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from fitting.calibrate.spring import refits, zeros
+from fitting.calibrate.spring import pipeline, refits, zeros
 from fitting.calibrate.spring.joint import Joint, Start
 from fitting.calibrate.spring.problem import jacobian, values_of
 from fitting.calibrate.spring.refits import decided_anew
@@ -18,7 +18,7 @@ from fitting.calibrate.spring.zeros import residuals
 from fitting.characterise import characterise
 from fitting.data.recordings import read_campaign
 from fitting.inference.lasting_noise.shared import square_beside
-from fitting.inference.lasting_noise.zeros import BINS
+from fitting.inference.lasting_noise.zeros import BINS, Size
 from fitting.specimens import priors, residual_of, stack
 from fitting.specimens.correlated_noise import uncorrelated
 from fitting.specimens.spring_rows import ALLOY, OUTPUTS
@@ -233,3 +233,22 @@ def test_settled_recordings_are_decided_with_the_noise_as_taken(problem, factor)
             np.testing.assert_array_equal(settled[k].weight[name], rows.weight[name][k, :size])
         for name in ("origin", "hottest", "hotter", "loading", "course"):
             np.testing.assert_array_equal(getattr(found, name), getattr(expected, name)[k, :size], name)
+
+
+@pytest.mark.parametrize(("explains", "fits"), [(False, 2), (True, 1 + pipeline.ZERO_ROUNDS)])
+def test_no_fit_beside_zeros_that_were_refused_is_made_twice(monkeypatch, explains, fits):
+    """The second round had the sizes of the first where the law misses the tests, and made the same fits once more."""
+    asked = []
+
+    def beside(joint, sizes, progress, steady=False):
+        asked.append(sizes)
+        return SimpleNamespace(problem=SimpleNamespace(zeros={"force": 1.0})) if explains else joint
+
+    sizes = {"resistance": Size(0.1, 0.1, 1.0)}
+    monkeypatch.setattr(pipeline, "beside_zeros", beside)
+    monkeypatch.setattr(pipeline, "decided_anew", lambda joint, progress: joint)
+    monkeypatch.setattr(pipeline, "_lasting", lambda joint: SimpleNamespace(steady=0.0, sizes=sizes))
+    white = SimpleNamespace(problem=SimpleNamespace(zeros={}))
+    found = pipeline._beside_zeros(white, lambda word: None)
+    assert len(asked) == fits and (found is white) != explains
+    assert asked[0]["resistance"].drift > asked[1]["resistance"].drift == 0.1

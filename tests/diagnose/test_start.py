@@ -9,6 +9,7 @@ import pytest
 from click.testing import CliRunner
 from diagnosis_coupons import NOISE, course, softened, write
 
+from fitting.calibrate import registry
 from fitting.characterise import characterise
 from fitting.cli import main
 from fitting.data.recordings import read_campaign
@@ -17,6 +18,8 @@ from fitting.diagnose.check import with_tables
 from fitting.diagnose.evaluate import start
 from fitting.diagnose.evaluate.base_tables import base_tables
 from fitting.diagnose.evaluate.start import begun_at, characterised, identifies, start_of
+from fitting.diagnose.fit import base_fit
+from fitting.diagnose.run import _made_once
 from fitting.specimens.saved_models import load_model
 from pneusma_jax.errors import InputError
 from pneusma_jax.silicone import load_silicone
@@ -144,15 +147,57 @@ def test_what_characterise_found_is_a_start_of_the_base_model(monkeypatch):
     monkeypatch.setattr(start, "characterise_general", fitted)
     wire = lambda alloy: SimpleNamespace(recordings=[SimpleNamespace(full_geometry=lambda: {"alloy": alloy})])  # noqa: E731
     said: list[str] = []
-    known = characterised(wire("fit"), "wire", said.append)
+    (known,) = characterised(wire("fit"), "wire", said.append)
     assert said == ["characterising", "characterising, stage 1 of 2"]
-    (u,) = begun_at(known, unknowns)
+    u = begun_at(known, unknowns)
     np.testing.assert_allclose(u, [2.0, 4.0, 0.0])
     unknowns.items[0] = SimpleNamespace(name="T_mid", scaled=lambda x: (x - 70.0) / 25.0)  # another program's
-    (other,) = begun_at(known, unknowns)
+    other = begun_at(known, unknowns)
     np.testing.assert_allclose(other, [1.0, 4.0, 0.0])
-    nothing = characterised(wire("niti_wire"), "wire", lambda word: None)
-    assert not nothing and begun_at(nothing, unknowns) == []
+    assert not list(characterised(wire("niti_wire"), "wire", lambda word: None))
+
+
+def test_a_diagnosis_of_a_spring_takes_constants_one_fit_after_the_other(monkeypatch):
+    """All starts were fitted, with zeros and the next test, before any other start of the base fit was tried."""
+
+    def refused(*anything, **more):
+        raise AssertionError("a whole characterisation was asked for")
+
+    def fits(campaign, progress):
+        for k in (1, 2):
+            progress(f"fit {k}")
+            yield {"G_m": float(k)}
+
+    monkeypatch.setattr(start, "characterise", refused)
+    monkeypatch.setattr(registry, "values_found", fits)
+    said: list[str] = []
+    campaign = read_campaign(EXAMPLES / "spring")
+    unknown = replace(campaign, recordings=[replace(r, geometry={**r.geometry, "alloy": "fit"}) for r in campaign.recordings])
+    again = _made_once(characterised(unknown, "spring", said.append))
+    assert said == []
+    assert next(again()) == {"G_m": 1.0} and said == ["characterising", "characterising, fit 1"]
+    assert list(again()) == [{"G_m": 1.0}, {"G_m": 2.0}] == list(again())
+    assert said == ["characterising", "characterising, fit 1", "characterising, fit 2"]
+
+
+@pytest.mark.parametrize(
+    ("objectives", "asked", "best"),
+    [((99.0, 10.0), 1, 99.0), ((50.0, 49.5, 1.0), 2, 49.5), ((50.0, 40.0), 2, 40.0), ((9.0, 1.0), 1, 9.0)],
+)
+def test_further_starts_end_with_the_first_that_is_no_better_or_leaves_little(objectives, asked, best, monkeypatch):
+    """The fits of all starts of `characterise` took 83 s in a misfit, and ended higher than a start of 0.7 s."""
+    monkeypatch.setattr(base_fit, "inflation_of", lambda program, fit: 1.0)
+    monkeypatch.setattr(base_fit, "_doubtful", lambda program, fit: fit.objective > 10.0)
+    taken = []
+
+    class Refitting:
+        def fit(self, slugs, u, complete):
+            taken.append(u)
+            return SimpleNamespace(objective=objectives[u])
+
+    program = SimpleNamespace(fitted=np.ones(1, bool))
+    found = base_fit._from_further(program, Refitting(), SimpleNamespace(objective=100.0), lambda _: range(len(objectives)))
+    assert (len(taken), found.objective) == (asked, best)
 
 
 EXAMPLES = Path(__file__).parents[2] / "calibration_data" / "examples"

@@ -290,6 +290,34 @@ def test_running_out_of_steps_is_said():
     assert caught.value.result.status is Status.MAX_STEPS
 
 
+def kinked(values, slope):
+    return jnp.stack([
+        1.0 + slope * jnp.abs(values["x"] - values["y"] ** 2 / 4),
+        0.1 * (values["x"] + values["y"]) - 1.0,
+        jnp.asarray(1.0),
+    ])  # fmt: skip
+
+
+def test_a_fit_that_creeps_along_a_kink_ends_where_it_falls_by_too_little():
+    """Without `least` it refuses forty ever shorter steps before it gives up, for a gain below 1e-5."""
+    parameters = Parameters()
+    parameters.add("x", 9.0, min=-20.0, max=20.0)
+    parameters.add("y", 5.0, min=-20.0, max=20.0)
+    options = {"data": jnp.asarray(3.0), "scale_covariance": False, "max_steps": 500}
+    patient = fit_least_squares(kinked, parameters, **options)
+    early = fit_least_squares(kinked, parameters, least=0.01, **options)
+    assert patient.status is Status.STALLED and early.status is Status.LINGERING and not early.success
+    assert early.steps < patient.steps / 2
+    assert patient.chi_square <= early.chi_square < patient.chi_square + 0.01
+    assert "lowered chi-square by less than was asked for" in early.report()
+
+
+def test_a_fit_that_converges_is_the_same_with_a_least_fall():
+    plain = fit_least_squares(decay, decay_parameters(), data=(X, DECAY))
+    asked = fit_least_squares(decay, decay_parameters(), data=(X, DECAY), least=1e-3)
+    assert asked.status is plain.status and asked.values == plain.values and asked.steps == plain.steps
+
+
 def test_a_residual_that_is_not_finite_is_said():
     y = DECAY.copy()
     y[4] = np.nan

@@ -1,5 +1,5 @@
 """Alloys from springs on a stand: the source's stages, a joint fit, and what it leaves open."""
 
-from .pipeline import SpringCharacterisation, characterise_spring
+from .pipeline import SpringCharacterisation, characterise_spring, values_found
 
-__all__ = ["SpringCharacterisation", "characterise_spring"]
+__all__ = ["SpringCharacterisation", "characterise_spring", "values_found"]

@@ -143,6 +143,14 @@ def ranked(starts: Sequence[Start]) -> list[Start]:
     return sorted(starts, key=rank)
 
 
+def alike(problem: Problem) -> float:
+    """Chi-square, for the noise as stated, within which two fits are as good.
+
+    It counts in the unit of the noise as found (`Problem.found`).
+    """
+    return ALIKE * problem.found**2
+
+
 def cost_of(result: FitResult) -> float:
     """Chi-square of a fit; infinite where it has none."""
     return np.inf if result.chi_square is None else result.chi_square

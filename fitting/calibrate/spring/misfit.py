@@ -8,9 +8,6 @@ from fitting.specimens.spring_rows import OUTPUTS
 
 from .problem import Problem, residuals_and_freedom, values_of
 
-MISFIT = 1.3
-"""Minimum reduced chi-square that counts as misfit."""
-
 
 def missed(problem: Problem, values: Mapping[str, float]) -> dict[tuple[str, str], float]:
     """Root mean square misfit at values over the noise as stated, by fitted test and output [1]."""

@@ -5,14 +5,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from fitting.calibrate.profile_likelihood import ALIKE
 from fitting.inference.lasting_noise import Size
 from fitting.specimens.rows import numbers
 from fitting.specimens.spring_rows import MARGIN, spring_of
 
-from .joint import Joint, Start, cost_of, ranked, settled
-from .misfit import MISFIT, force_misfit
-from .problem import Problem, residuals_and_freedom, values_of
+from .joint import Joint, Start, alike, cost_of, ranked, settled
+from .misfit import force_misfit
+from .problem import MISFIT, Problem, residuals_and_freedom, values_of
 from .stand_tests import STATED, level_at_rest
 
 RETRIES = 6
@@ -41,6 +40,7 @@ def retried(joint: Joint, progress: Callable[[str], None] = lambda _: None) -> J
         progress: called with a word for each fit that begins.
     """
     tried: set[int] = set()
+    begun = joint.starts[0]
     for _ in range(RETRIES):
         problem, best = joint.starts[0].problem, joint.starts[0].result
         series = force_misfit(problem, best.values)
@@ -54,10 +54,10 @@ def retried(joint: Joint, progress: Callable[[str], None] = lambda _: None) -> J
         rest, _ = problem.fitted_with(tests=[k for k in square if k != worst[0]])
         start = Start(name, *problem.at(rest.values).fitted_with())
         starts = ranked([*joint.starts, start])
-        better = starts[0] is start and cost_of(start.result) < cost_of(best) - ALIKE
+        better = starts[0] is start and cost_of(start.result) < cost_of(best) - alike(problem)
         joint = replace(joint, starts=tuple(starts if better else [*joint.starts, start]))
         tried = set() if better else tried
-    if joint.starts[0].problem is joint.problem or joint.starts[0].result is joint.result:
+    if joint.starts[0] is begun:
         return joint  # it is settled already: no start is better
     return settled(joint.starts, progress)
 
@@ -126,11 +126,11 @@ def held_at_ends(joint: Joint, progress: Callable[[str], None] = lambda _: None)
         return joint
     starts = []
     for end in _ends(joint):
-        least = cost_of(end.result)
-        alike = [start.name for start in joint.starts if abs(cost_of(start.result) - least) < ALIKE]
+        least, near = cost_of(end.result), alike(best.problem)
+        names = [start.name for start in joint.starts if abs(cost_of(start.result) - least) < near]
         progress(f"from {end.name}, phases held")
         held = end.problem.inflated(1.0).with_phases(levels).fitted_with()
-        starts += [Start(f"{name}, phases held", *held) for name in alike]
+        starts += [Start(f"{name}, phases held", *held) for name in names]
     return settled(tuple(ranked(starts)), progress)
 
 
@@ -171,8 +171,9 @@ def beside_zeros(
 def _ends(joint: Joint) -> list[Start]:
     """The best starts, one from each end, so that fits that agree stay independent of each other."""
     ends: list[Start] = []
+    near = alike(joint.starts[0].problem)
     for start in joint.starts:
-        if not any(abs(cost_of(start.result) - cost_of(one.result)) < ALIKE for one in ends):
+        if not any(abs(cost_of(start.result) - cost_of(one.result)) < near for one in ends):
             ends.append(start)
     return ends[:MOST_ENDS]
 
@@ -192,7 +193,7 @@ def _gone_on(
             name = f"{start.name}, {how}"
             progress(f"from {name}")
             found = Start(name, *change(known.problem).fitted_with())
-            if not cost_of(found.result) < cost_of(known.result) - ALIKE:
+            if not cost_of(found.result) < cost_of(known.result) - alike(known.problem):
                 break
             known = found
         if known is not start:

@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 
-from fitting.calibrate.profile_likelihood import ALIKE
 from fitting.data.recordings import Campaign, Recording
 from fitting.inference.parameters import Parameters
 from fitting.specimens import SPRING, priors
@@ -15,7 +14,7 @@ from pneusma_jax.errors import InputError
 from pneusma_jax.nitinol import Alloy
 from pneusma_jax.units import to_si
 
-from .joint import Joint, fit_jointly, shifted, try_others
+from .joint import Joint, alike, fit_jointly, shifted, try_others
 from .memory_starts import memory_starts
 from .problem import Problem
 from .refits import decided_anew, held_at_ends, loosened, retried
@@ -120,12 +119,35 @@ def best_of_readings(
 ) -> tuple[list[Fitted], int]:
     """Every reading fitted, and the index of the best.
 
-    All are fitted from the stages. The one that comes out best is then fitted from all starts. So are the
-    others if it leaves more than chance explains. Tests that are all of one phase come before a reading in
-    which most are between two, as long as they leave only noise: fractions that are free fit noise, too.
+    All are fitted from the stages, then as by `best_of_begun`.
     """
-    found = [_begun(campaign, reading, base, identify, adjust, progress) for reading in readings]
-    plain = readings[-1].softer == "neither" and not _suspicious(found[0].single)
+    found = begun_readings(campaign, readings, base, identify, adjust, progress)
+    return best_of_begun(found, identify, starts, seed, progress)
+
+
+def begun_readings(
+    campaign: Campaign,
+    readings: Sequence[Reading],
+    base: Any,
+    identify: bool,
+    adjust: Mapping[str, Mapping[str, Any]],
+    progress: Callable[[str], None],
+) -> list[Fitted]:
+    """Every reading fitted from the stages alone."""
+    return [_begun(campaign, reading, base, identify, adjust, progress) for reading in readings]
+
+
+def best_of_begun(
+    begun: Sequence[Fitted], identify: bool, starts: int, seed: int, progress: Callable[[str], None]
+) -> tuple[list[Fitted], int]:
+    """Every reading, of which the best is fitted from all starts, and the index of the best.
+
+    So are the others if it leaves more than chance explains. Tests that are all of one phase come before a
+    reading in which most are between two, as long as they leave only noise: fractions that are free fit
+    noise, too.
+    """
+    found = list(begun)
+    plain = found[-1].reading.softer == "neither" and not _suspicious(found[0].single)
 
     def rank(k: int) -> tuple[bool, float]:
         return plain and k > 0, found[k].chi_square
@@ -188,7 +210,7 @@ def _remembered_anew(joint: Joint, seed: int, progress: Callable[[str], None]) -
         starts = memory_starts(joint.problem.inflated(1.0), joint.values, seed + k, progress)
         named = {f"{name}, round {k + 1}": values for name, values in starts.items()}
         joint = retried(try_others(joint, named, progress), progress)
-        if not (joint.starts[0].result.chi_square or np.inf) < best - ALIKE:
+        if not (joint.starts[0].result.chi_square or np.inf) < best - alike(joint.starts[0].problem):
             break
     return joint
 

@@ -1,9 +1,10 @@
 """The base model that recordings are compared with, where their alloy or material is to be identified.
 
-It is what `characterise` finds from all of its starts.
+It is what `characterise` finds from all of its starts. Its intervals, profiles and zeros of instruments are
+left out: they say nothing of a law that may miss the recordings, and a diagnosis fits all constants again.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -13,7 +14,7 @@ from fitting.calibrate.elastomer.laws import LAWS
 from fitting.calibrate.elastomer.material import material
 from fitting.calibrate.elastomer.pipeline import ElastomerCharacterisation
 from fitting.calibrate.general import characterise_general
-from fitting.calibrate.registry import own_pipeline
+from fitting.calibrate.registry import own_pipeline, own_search
 from fitting.calibrate.result import Estimate
 from fitting.data.recordings import Campaign
 from fitting.inference.notes import joined
@@ -118,10 +119,11 @@ def _named(campaign: Campaign, kind: str) -> str:
 
 def characterised(
     campaign: Campaign, kind: str, progress: Callable[[str], None]
-) -> Mapping[str, Estimate]:
-    """The constants that `characterise` finds from all of its starts, by name.
+) -> Iterator[Mapping[str, Estimate]]:
+    """Constants that `characterise` finds, by name: those found soonest first, from all of its starts last.
 
-    Empty where nothing is to be identified, or these recordings cannot be characterised.
+    Each is fitted when it is asked for. There are none where nothing is to be identified, or these recordings
+    cannot be characterised.
 
     Args:
         campaign: recordings of one kind.
@@ -130,35 +132,36 @@ def characterised(
     """
     specimen = specimen_of(kind)
     if specimen.several_laws or not identifies(campaign, kind):
-        return {}
+        return
     progress("characterising")
 
     def within(stage: str) -> None:
         progress(f"characterising, {stage}")
 
     try:
-        if own_pipeline(specimen) is None:  # by the same law as the program's, never by a simpler one
+        search = own_search(specimen.variant(campaign))
+        if search is not None:
+            yield from search(campaign, progress=within)
+        elif own_pipeline(specimen) is None:  # by the same law as the program's, never by a simpler one
             found = characterise_general(campaign, specimen, starts=specimen.starts, progress=within)
+            yield found.parameters
         else:
-            found = characterise(campaign, profile=0, progress=within)
+            yield characterise(campaign, profile=0, progress=within).parameters
     except InputError:
-        return {}
-    return found.parameters
+        return
 
 
-def begun_at(known: Mapping[str, Estimate], unknowns: Unknowns) -> list[np.ndarray]:
-    """One more start of a base fit, scaled: at known constants; none where nothing is known.
+def begun_at(known: Mapping[str, Estimate], unknowns: Unknowns) -> np.ndarray:
+    """A start of a base fit, scaled, at known constants.
 
     Args:
         known: constants by name, see `characterised`.
         unknowns: numbers of the program that is fitted. Those of another one may be scaled otherwise.
     """
-    if not known:
-        return []
     u = unknowns.neutral.copy()
     for k in unknowns.base:
         estimate = known.get(unknowns.items[k].name)
         if estimate is not None:
             value = float(to_si(estimate.value, estimate.unit, estimate.unit == "K"))
             u[k] = np.clip(unknowns.items[k].scaled(value), unknowns.low[k], unknowns.high[k])
-    return [u]
+    return u

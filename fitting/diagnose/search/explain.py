@@ -9,7 +9,7 @@ recordings together contradict the base model. Where no set comes near the noise
 no such second search.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable
 from dataclasses import replace
 
 import numpy as np
@@ -38,7 +38,7 @@ def explain(
     rng: np.random.Generator,
     progress: Callable[[str], None] = lambda _: None,
     effort: int = 1,
-    further: Callable[[Program], Sequence[np.ndarray]] = lambda _: (),
+    further: Callable[[Program], Iterable[np.ndarray]] = lambda _: (),
 ) -> Explanation:
     """Search for up to three effects.
 
@@ -47,7 +47,7 @@ def explain(
         rng: random numbers of the simulated nulls.
         progress: receives a line of text at every step.
         effort: 1; 2 follows twice as many candidates.
-        further: makes more starts of the base model of a program, scaled; asked where its fit leaves much.
+        further: more starts of the base model of a program, see `base_fit`.
     """
     search = SetSearch(rng, progress, effort)
     progress("refitting the base model within its tolerances")

@@ -40,6 +40,8 @@ SETTLED = 1e-3
 PATIENCE, PATIENCE_SETTLED = 40, 8
 """Maximum numbers of consecutive refusals, each a quarter of the last step, before giving up: in general, and
 after the fit has settled. The second also limits steps that are too small to matter."""
+LINGERING = 20
+"""Number of steps within which a fit must lower chi-square by `least`, if a caller states one."""
 
 
 class EngineState(eqx.Module):
@@ -56,9 +58,12 @@ class EngineState(eqx.Module):
     taken: Int[Array, ""]
     refused: Int[Array, ""]
     negligible: Int[Array, ""]
+    reached: Float[Array, ""]
+    since: Int[Array, ""]
     converged: Bool[Array, ""]
     precise: Bool[Array, ""]
     stalled: Bool[Array, ""]
+    lingering: Bool[Array, ""]
     result: Any
 
 
@@ -82,6 +87,8 @@ class BoxedTrustRegion(eqx.Module):
         relative: false for coordinates without a natural zero, such as logarithms, shape (n,).
         most: maximum number of steps. It is a number of the program, not of its source, unlike optimistix's
             `max_steps`: fits that may take more or fewer steps share one program.
+        least: minimum fall of chi-square in `LINGERING` steps, else the fit ends; 0 for no such end. It is a
+            number of the program, like `most`.
         first_radius: first trust radius, as a fraction of the scaled length of the starting point.
     """
 
@@ -91,6 +98,7 @@ class BoxedTrustRegion(eqx.Module):
     box: Box | None
     relative: Bool[Array, " n"]
     most: int | Int[Array, ""]
+    least: float | Float[Array, ""] = 0.0
     first_radius: float = 1.0
 
     def init(self, fn, y, args, options, f_struct, aux_struct, tags) -> EngineState:
@@ -115,9 +123,12 @@ class BoxedTrustRegion(eqx.Module):
             taken=jnp.asarray(0),
             refused=jnp.asarray(0),
             negligible=jnp.asarray(0),
+            reached=jnp.asarray(jnp.inf, kind),
+            since=jnp.asarray(0),
             converged=false,
             precise=false,
             stalled=false,
+            lingering=false,
             result=optx.RESULTS.successful,
         )
 
@@ -152,6 +163,9 @@ class BoxedTrustRegion(eqx.Module):
         radius = jnp.where(state.first, self._first_radius(model, new_y), self._next_radius(state, ratio))
         proposal = propose(model, new_y, radius, self.box)
         negligible = jnp.where(self._negligible(full_step, state.trial), state.negligible + 1, 0)
+        chi_square = jnp.sum(residual**2)
+        fell = chi_square < state.reached - self.least
+        since = jnp.where(fell, 0, state.since + 1)
         near_minimum = offset < SETTLED
         fit_to_start = jnp.all(jnp.isfinite(residual)) & jnp.all(jnp.isfinite(model.triangle))
         new_state = EngineState(
@@ -166,11 +180,14 @@ class BoxedTrustRegion(eqx.Module):
             taken=state.taken + 1,
             refused=refused,
             negligible=negligible,
+            reached=jnp.where(fell, chi_square, state.reached),
+            since=since,
             converged=offset <= self.rtol,
             precise=(unresolved & ~accept)
             | (near_minimum & (refused >= PATIENCE_SETTLED))
             | (negligible >= PATIENCE_SETTLED),
             stalled=~near_minimum & (refused >= PATIENCE),
+            lingering=(self.least > 0.0) & (since >= LINGERING),
             result=optx.RESULTS.where(fit_to_start, optx.RESULTS.successful, optx.RESULTS.nonfinite),
         )
         return new_y, new_state, aux
@@ -200,7 +217,8 @@ class BoxedTrustRegion(eqx.Module):
     def terminate(self, fn, y, args, options, state, tags) -> tuple[Bool[Array, ""], Any]:
         """True where the state ends the solve."""
         del fn, y, args, options, tags
-        return state.converged | state.precise | state.stalled | (state.taken >= self.most), state.result
+        ended = state.converged | state.precise | state.stalled | state.lingering
+        return ended | (state.taken >= self.most), state.result
 
     def postprocess(
         self, fn, y, aux, args, options, state, tags, result

@@ -19,6 +19,8 @@ from .result import FitError, FitResult, Status
 from .starts import starting_vectors
 from .trust_region import Box
 
+UNCONVERGED = (Status.MAX_STEPS, Status.LINGERING, Status.STALLED)
+"""Ends at finite values that need not be a minimum."""
 TRUSTED = 0.1
 """Maximum distance from a minimum, in standard errors, at which the covariance is still valid."""
 
@@ -30,6 +32,7 @@ def fit_least_squares(
     data: PyTree = None,
     max_steps: int = 2000,
     rtol: float = 1e-8,
+    least: float = 0.0,
     starts: int | Sequence[Mapping[str, float]] | None = None,
     seed: int = 0,
     use_priors: bool = False,
@@ -53,6 +56,8 @@ def fit_least_squares(
         data: data for the residual.
         max_steps: maximum number of evaluations of the residual from each start.
         rtol: maximum undamped step at convergence, in standard errors.
+        least: minimum fall of chi-square in `LINGERING` steps, else the fit ends unconverged; 0 for no such
+            end.
         starts: total number of starts, or further starting points, see `starting_vectors`; the best minimum
             wins.
         seed: seed of scattered starts.
@@ -80,7 +85,7 @@ def fit_least_squares(
             "Argument `scale_covariance` must be False with `use_priors`, but both ask for another sigma."
         )
     scaled = not use_priors if scale_covariance is None else scale_covariance
-    problem = _problem(residual, parameters, data, use_priors, rtol)
+    problem = _problem(residual, parameters, data, use_priors, (rtol, least))
     vectors = starting_vectors(parameters, starts, seed)
     vectors, most = np.asarray(vectors), np.asarray(max_steps)
     groups = vectors[:, None] if in_turn else vectors[None]
@@ -132,7 +137,7 @@ def _described(
     fitted = _with_values(parameters, reached, status, initial)
     at_bound = tuple(name for name in problem.layout.free if fitted[name].at_bound)
     uncertainty = Uncertainty.none(fitted)
-    if status.success or (outcome.offset < TRUSTED and status in (Status.MAX_STEPS, Status.STALLED)):
+    if status.success or (outcome.offset < TRUSTED and status in UNCONVERGED):
         variance = float(outcome.chi_square) / freedom if scaled else 1.0
         uncertainty = propagate(outcome.triangle, ended.slopes, problem.layout, at_bound, variance)
     _write_uncertainty(fitted, uncertainty)
@@ -152,8 +157,9 @@ def _described(
 
 
 def _problem(
-    residual: Callable, parameters: Parameters, data: PyTree, use_priors: bool, rtol: float
+    residual: Callable, parameters: Parameters, data: PyTree, use_priors: bool, ends: tuple[float, float]
 ) -> Problem:
+    """The fit as numbers and structure. `ends` are `rtol` and `least` of `fit_least_squares`."""
     layout = parameters.layout()
     if not layout.free:
         raise InputError("no parameter is free; set vary=True and no tie for those to be fitted")
@@ -173,7 +179,8 @@ def _problem(
         prior_mean=np.asarray([parameters[name].prior.mean for name in names], float),
         prior_sd=np.asarray([parameters[name].prior.sd for name in names], float),
         box=Box(lower, upper) if bounded else None,
-        rtol=np.asarray(rtol, float),
+        rtol=np.asarray(ends[0], float),
+        least=np.asarray(ends[1], float),
         layout=layout,
         prior_names=names,
     )
@@ -199,6 +206,8 @@ def _status(outcome: Outcome, freedom: int, scaled: bool) -> Status:
         return Status.CONVERGED
     if outcome.precise:
         return Status.AT_PRECISION
+    if outcome.lingering:
+        return Status.LINGERING
     return Status.STALLED if outcome.stalled else Status.MAX_STEPS
 
 

@@ -30,6 +30,7 @@ class Outcome(eqx.Module):
         converged: true if the offset is below the tolerance.
         precise: true if rounding prevents further progress.
         stalled: true if no step lowers the cost although the offset is not small.
+        lingering: true if the last steps lowered chi-square by less than was asked for.
         finite: true if the residual and its derivative are finite.
     """
 
@@ -41,6 +42,7 @@ class Outcome(eqx.Module):
     converged: Bool[Array, ""]
     precise: Bool[Array, ""]
     stalled: Bool[Array, ""]
+    lingering: Bool[Array, ""]
     finite: Bool[Array, ""]
 
     @property
@@ -58,6 +60,7 @@ def solve(
     relative: Bool[Array, " n"] | None = None,
     rtol: float | Array = 1e-8,
     max_steps: int | Array = 2000,
+    least: float | Array = 0.0,
 ) -> Outcome:
     """Minimise the sum of squares of `function(vector, args)`; may be traced, mapped and compiled.
 
@@ -70,6 +73,7 @@ def solve(
             true.
         rtol: maximum undamped step at convergence, in standard errors of the fit.
         max_steps: maximum number of residual evaluations.
+        least: minimum fall of chi-square, see `BoxedTrustRegion`.
     """
     solver = BoxedTrustRegion(
         rtol=rtol,
@@ -78,6 +82,7 @@ def solve(
         box=box,
         relative=jnp.ones(start.shape, bool) if relative is None else relative,
         most=max_steps,
+        least=least,
     )
     solution = optx.least_squares(function, solver, start, args, max_steps=None, throw=False)
     state = solution.state
@@ -90,6 +95,7 @@ def solve(
         converged=state.converged,
         precise=state.precise,
         stalled=state.stalled,
+        lingering=state.lingering,
         finite=solution.result != optx.RESULTS.nonfinite,
     )
 
@@ -105,6 +111,7 @@ class Problem(eqx.Module):
         prior_sd: prior standard deviations of the same, shape (p,).
         box: bounds of the fitting coordinates, or None for none.
         rtol: tolerance of the solve.
+        least: minimum fall of chi-square, see `BoxedTrustRegion`.
         layout: conversion of a vector to values.
         prior_names: names of the parameters whose priors are appended as residual rows.
     """
@@ -116,6 +123,7 @@ class Problem(eqx.Module):
     prior_sd: Float[Array, " p"]
     box: Box | None
     rtol: Float[Array, ""]
+    least: Float[Array, ""]
     layout: Layout = eqx.field(static=True)
     prior_names: tuple[str, ...] = eqx.field(static=True)
 
@@ -156,7 +164,14 @@ def run(
     def one(start):
         relative = ~jnp.asarray(problem.layout.logarithmic, bool)
         outcome = solve(
-            _rows, start, problem, box=problem.box, relative=relative, rtol=problem.rtol, max_steps=max_steps
+            _rows,
+            start,
+            problem,
+            box=problem.box,
+            relative=relative,
+            rtol=problem.rtol,
+            max_steps=max_steps,
+            least=problem.least,
         )
         values = problem.stacked_values(outcome.vector)
         return outcome, values, jax.jacfwd(problem.stacked_values)(outcome.vector)

@@ -16,6 +16,9 @@ class Status(enum.Enum):
     CONVERGED = "The fit converged: the next step would be a negligible part of a standard error."
     AT_PRECISION = "The fit reached the precision of the arithmetic: further progress drowns in rounding."
     MAX_STEPS = "The fit used all its steps before it converged; allow more, or start elsewhere."
+    LINGERING = (
+        "The fit ended before it converged: its last steps lowered chi-square by less than was asked for."
+    )
     STALLED = (
         "The fit stopped where no step lowers chi-square although its slope is not zero: "
         "the residual has a kink or noise there, or its derivative is wrong."

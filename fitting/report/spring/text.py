@@ -5,10 +5,11 @@ takes a spring's martensite fraction from its resistance.
 """
 
 from fitting.calibrate.assumed import assumed, far_from_nominal, improbable_shifts
-from fitting.calibrate.spring.misfit import MISFIT, missed
+from fitting.calibrate.spring.misfit import missed
 from fitting.calibrate.spring.modes import Mode
 from fitting.calibrate.spring.other_fits import lead
 from fitting.calibrate.spring.pipeline import SpringCharacterisation
+from fitting.calibrate.spring.problem import MISFIT
 from fitting.calibrate.spring.scores import Score, overall
 from fitting.calibrate.spring.stand_tests import SOFTER
 from fitting.inference.noise import OVERSTATED, overstated_sentence
