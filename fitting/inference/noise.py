@@ -301,10 +301,20 @@ def swing_time(series: Sequence[np.ndarray]) -> float:
 
 def _summed(lags: np.ndarray, series: Sequence[np.ndarray]) -> float:
     """Sum over both signs of the lags, in a window of `WINDOW` times the sum inside it."""
+    return float(np.clip(_windowed(lags)[0], 1.0, max(len(s) for s in series)))
+
+
+def _windowed(lags: np.ndarray) -> tuple[float, int]:
+    """Sum over both signs of the lags, and the last lag of it."""
     summed = 2.0 * np.cumsum(lags) - 1.0
     inside = np.flatnonzero(np.arange(len(lags)) >= WINDOW * summed)
-    time = summed[inside[0]] if len(inside) else summed.max()
-    return float(np.clip(time, 1.0, max(len(s) for s in series)))
+    last = int(inside[0] if len(inside) else np.argmax(summed))
+    return float(summed[last]), last
+
+
+def windowed_correlation(series: Sequence[np.ndarray]) -> tuple[float, int]:
+    """Sum of the autocorrelation of `correlation_time`, without its limits, and the largest lag of it."""
+    return _windowed(autocorrelation(series))
 
 
 def inflation_of(reduced: float, series: Sequence[np.ndarray]) -> float:

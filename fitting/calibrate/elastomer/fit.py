@@ -8,8 +8,9 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array
 
+from fitting.inference.absorbed_noise import with_absorbed
 from fitting.inference.least_squares import FitResult
-from fitting.inference.noise import correlation_time, lag_one
+from fitting.inference.noise import lag_one
 from fitting.inference.parameters import Parameters
 from fitting.specimens.rows import padded
 from pneusma_jax.program_cache import stored_jit
@@ -40,7 +41,8 @@ class LawFit:
         mask: samples that were fitted, shape (n,).
         mean_square: mean square of the residuals over their spread.
         lag_one: correlation of neighbouring residuals.
-        correlation_time: samples that make one independent one.
+        correlation_time: samples that make one independent one, with slow noise that the fit has taken up.
+        absorbed: factor by which the fit made the mean square of the noise too small, 1 or more.
         inflation: factor on the standard errors for misfit and serial correlation.
         result: the engine's own result.
     """
@@ -57,6 +59,7 @@ class LawFit:
     mean_square: float
     lag_one: float
     correlation_time: float
+    absorbed: float
     inflation: float
     result: FitResult
 
@@ -123,6 +126,7 @@ def describe(
         used: inflation of the standard errors.
     """
     series = samples.series(result.residual * used, mask)
+    noise = with_absorbed(series, _directions(law, samples, mask, result, specimens))
     values = np.array([result.values[name] for name in law.names])
     covariance, sd, within = _constants(law, result)
     bounds, errors = _bounds(law, result.parameters), result.standard_errors
@@ -141,7 +145,8 @@ def describe(
         mask=mask,
         mean_square=float(np.sum(np.concatenate(series) ** 2) / mask.sum()),
         lag_one=lag_one(series),
-        correlation_time=correlation_time(series),
+        correlation_time=noise.correlation_time,
+        absorbed=noise.mean_square,
         inflation=used,
         result=result,
     )
@@ -150,15 +155,27 @@ def describe(
 def inflation_of(fit: LawFit, samples: Samples) -> float:
     """Factor on standard errors that the residuals of a fit ask for.
 
-    The root of their mean square, per degree of freedom, and of the number of samples that repeat each other.
-    A noise that somebody stated is not shrunk.
+    The root of their mean square, with what the fit has taken up of it, and of the number of samples that
+    repeat each other. A noise that somebody stated is not shrunk.
     """
-    count = fit.mask.sum()
-    free = sum(fit.result.parameters[name].free for name in fit.law.names)
-    misfit = fit.mean_square * count / max(count - free, 1)
+    misfit = fit.mean_square * fit.absorbed
     if any(curve.noise_stated for curve in samples.curves):
         misfit = max(misfit, 1.0)
     return float(np.sqrt(misfit * fit.correlation_time))
+
+
+def _directions(
+    law: CurveLaw, samples: Samples, mask: np.ndarray, result: FitResult, specimens: Sequence[str]
+) -> list[np.ndarray]:
+    """Derivatives of residuals by constants and factors, of each fitted recording, of shape (n_i, k)."""
+    values = np.array([result.values[name] for name in law.names])
+    free = [k for k, name in enumerate(law.names) if result.parameters[name].free]
+    strain = np.asarray(samples.strain)
+    names = np.array([curve.specimen for curve in samples.curves])[samples.owner]
+    stress = np.asarray(_stress(law.name, strain, values))
+    factors = [stress * (names == name) for name in specimens]
+    columns = [*np.asarray(_gradient(law.name, strain, values)).T[free], *factors]
+    return samples.series((np.array(columns) / samples.spread).T, mask)
 
 
 @stored_jit()
