@@ -36,14 +36,21 @@ class Absorbed:
 def with_absorbed(series: Sequence[np.ndarray], directions: Sequence[np.ndarray]) -> Absorbed:
     """Noise whose residuals a fit has left.
 
-    The noise is of first order. Its residuals have the same correlation of neighbours as these.
+    The noise is of first order. Its residuals have the same correlation of neighbours as these. Residuals or
+    directions that are not finite, of a fit that failed, tell nothing. Nor do residuals of a fit that follows
+    every sample: then each direction has taken up one sample's share.
 
     Args:
         series: residuals of each recording in the order of sampling, each of shape (n_i,).
         directions: derivatives of these by all that was fitted, each of shape (n_i, k).
     """
-    left, sizes, _ = np.linalg.svd(np.concatenate(directions), full_matrices=False)
+    together, most = np.concatenate(directions), max(len(s) for s in series)
+    if not (np.all(np.isfinite(together)) and np.all(np.isfinite(np.concatenate(series)))):
+        return Absorbed(1.0, 1.0)
+    left, sizes, _ = np.linalg.svd(together, full_matrices=False)
     rank = int(np.sum(sizes > sizes.max(initial=0.0) * len(left) * np.finfo(float).eps))
+    if rank == len(left):
+        return Absorbed(float(rank), 1.0)
     blocks = np.split(left[:, :rank], np.cumsum([len(s) for s in series])[:-1])
     observed, (time, window) = lag_one(series), windowed_correlation(series)
 
@@ -57,7 +64,6 @@ def with_absorbed(series: Sequence[np.ndarray], directions: Sequence[np.ndarray]
         memory = MOST if departure(MOST) < 0.0 else float(optimize.brentq(departure, 0.0, MOST, xtol=1e-3))
     before, after = _sums(blocks, memory, (0, window))
     square, whole = before / np.maximum(after, np.finfo(float).tiny)
-    most = max(len(s) for s in series)
     return Absorbed(max(float(square), 1.0), float(np.clip(time * whole / square, 1.0, most)))
 
 

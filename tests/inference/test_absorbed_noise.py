@@ -5,7 +5,7 @@ import pytest
 from scipy.linalg import toeplitz
 from scipy.signal import lfilter
 
-from fitting.inference.absorbed_noise import _sums, with_absorbed
+from fitting.inference.absorbed_noise import Absorbed, _sums, with_absorbed
 from fitting.inference.noise import correlation_time
 
 SIZES = (80, 80, 60)
@@ -80,3 +80,20 @@ def test_noise_that_never_ends_has_a_finite_factor():
     slow = [np.linspace(-1.0, 1.0, n) ** 2 for n in SIZES]
     found = with_absorbed(slow, straight())
     assert np.isfinite(found.mean_square) and np.isfinite(found.correlation_time)
+
+
+@pytest.mark.parametrize("spoilt", [np.nan, np.inf])
+@pytest.mark.parametrize("place", ["series", "directions"])
+def test_a_fit_that_failed_tells_nothing_of_noise(spoilt, place):
+    """The decomposition of derivatives that overflow did not converge, and ended the comparison of all laws."""
+    given = {"series": [np.ones(n) for n in SIZES], "directions": straight()}
+    given[place][1][3] = spoilt
+    assert with_absorbed(**given) == Absorbed(1.0, 1.0)
+
+
+@pytest.mark.parametrize("count", [1, 4])
+def test_a_fit_that_follows_every_sample_has_finite_factors(count):
+    """Nothing is left of the noise then; a division by that was infinite."""
+    rng = np.random.default_rng(5)
+    found = with_absorbed([1e-16 * rng.standard_normal(count)], [rng.standard_normal((count, 5))])
+    assert found == Absorbed(count, 1.0)
