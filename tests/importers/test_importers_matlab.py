@@ -9,7 +9,7 @@ import scipy.io
 from answers import checks, refusal
 
 from fitting.data.importers import import_file, import_tests, make_options, raw_files
-from fitting.data.importers.matlab import _plain, sheets_of
+from fitting.data.importers.matlab import _plain, _sheets, sheets_of
 from pneusma_jax.errors import InputError
 
 T = np.arange(40.0) / 8.0
@@ -76,6 +76,57 @@ def test_what_becomes_no_column_is_told(save):
     for words in ("'limits' has 2 numbers only", "'cube' was left out: it has 3 dimensions", "'wave' was left out: its numbers are complex"):
         assert words in said
     assert "no vectors of at least 3 numbers ('limits' has 2 numbers only" in refusal(save({"limits": [1.0, 2.0]}))
+
+
+def told_of(path):
+    """Cells of the first table, and remarks of a file."""
+    first, *_ = sheets_of(path, path.read_bytes())
+    return first.rows, "\n".join(first.remarks)
+
+
+def test_nothing_beside_the_signals_of_simulink_is_dropped_in_silence(save):
+    """A vector beside `signals`, and a signal of three dimensions, were in no table and no remark."""
+    signals = np.array([{"values": 5.0 * T, "label": "time"}, {"values": np.zeros((40, 2, 3)), "label": "frames"}])
+    rows, said = told_of(save({"log": {"time": T, "signals": signals, "strain": 0.05 * T}}))
+    assert rows[0] == ["time", "time 1", "strain"] and len(rows) == 41
+    assert "of 'log', signal 'frames' was left out: it has 3 dimensions" in said
+
+
+def test_texts_beside_the_rows_are_told(save):
+    states = np.array(["hold", "pull"] * 20, dtype=object)
+    names = np.array(["a", "b", "c"], dtype=object)
+    _, said = told_of(save({**PULL, "state": states, "data": np.zeros((40, 3)), "names": names}))
+    assert "'state' was left out: it holds 40 texts" in said and "'names' was left out" not in said
+
+
+def test_cells_that_only_matlab_reads_are_told():
+    found = {"time": T[:, None], "parts": [np.zeros((40, 1)), _plain(scipy.io.matlab.MatlabOpaque(np.zeros(1, dtype=[("s0", "O")])), 0)]}
+    unread = []
+    assert len(list(_sheets(found, "", unread, 0))) == 2
+    assert unread == ["'parts(2)' was left out: it is a table or another object, which only MATLAB reads"]
+
+
+def test_units_in_lists_and_truth_values_of_an_hdf5_file_are_read(tmp_path):
+    """The heading of a list of one unit was "force (['N'])", and truth values were words."""
+    with h5py.File(tmp_path / "a.h5", "w") as file:
+        for name, unit in (("force", ["N"]), ("time", np.array([b"s"])), ("length", ["mm", "m"])):
+            file.create_dataset(name, data=T).attrs["units"] = unit
+        file["closed"] = T > 2.0
+    rows, _ = told_of(tmp_path / "a.h5")
+    assert rows[0] == ["closed", "force (N)", "length", "time (s)"]
+    assert rows[1][0] == "0" and rows[-1][0] == "1"
+
+
+def test_a_group_that_stands_in_itself_is_read_once(tmp_path):
+    """It was read twenty times, and two such groups in each other a million times."""
+    with h5py.File(tmp_path / "a.h5", "w") as file:
+        group = file.create_group("g")
+        group["time"] = T
+        for name in ("up", "again", "more"):
+            group[name] = file["/"] if name == "up" else group
+    sheets = sheets_of(tmp_path / "a.h5", (tmp_path / "a.h5").read_bytes())
+    assert [sheet.name for sheet in sheets] == ["g"]
+    assert "'g.more' was left out: it is another name of a group that was read" in "\n".join(sheets[0].remarks)
 
 
 def test_an_object_of_matlab_is_named_with_the_command_that_writes_it():

@@ -107,7 +107,7 @@ def _variables(path: Path, content: bytes) -> dict[str, Any]:
     if not content.startswith(MATLAB_5):
         kind = "a file of MATLAB 7.3" if content.startswith(MATLAB_7_3) else "an HDF5 file"
         with opened(content, str(path), kind, "; export it as .csv") as file:
-            return _group(file, file, content.startswith(MATLAB_7_3), 0)
+            return _group(file, file, content.startswith(MATLAB_7_3), [])
     if fault := _fault(content):
         raise unusable(path, f"this file of MATLAB cannot be read ({fault}); export it as .csv")
     try:
@@ -164,11 +164,17 @@ def _array(value: np.ndarray) -> Any:
     return value.reshape(-1, 1) if value.ndim < 2 else value
 
 
-def _group(group: Any, file: Any, transposed: bool, depth: int) -> dict[str, Any]:
-    """Items of a group of an HDF5 file by name. Those of MATLAB stand transposed in it."""
-    if depth > DEEPEST:
-        return {"": Unread("it is nested too deeply")}
+def _group(group: Any, file: Any, transposed: bool, known: list[Any]) -> dict[str, Any]:
+    """Items of a group of an HDF5 file by name. Those of MATLAB stand transposed in it.
+
+    Args:
+        group: the group.
+        file: the file.
+        transposed: true for a file of MATLAB.
+        known: groups that were read already, which grow. One may stand in itself by another name.
+    """
     found: dict[str, Any] = {}
+    known.append(group)
     for name in group:
         if name.startswith("#"):  # where MATLAB keeps what its cells refer to
             continue
@@ -176,7 +182,9 @@ def _group(group: Any, file: Any, transposed: bool, depth: int) -> dict[str, Any
         if item is None:
             found[name] = Unread("it is a link to nothing")
         elif isinstance(item, h5py.Group):
-            found[name] = _group(item, file, transposed, depth + 1)
+            again = any(item == one for one in known)
+            what = Unread("it is another name of a group that was read")
+            found[name] = what if again else _group(item, file, transposed, known)
         else:
             found[_with_unit(name, item)] = _data_set(item, file, transposed)
     return found
@@ -184,7 +192,8 @@ def _group(group: Any, file: Any, transposed: bool, depth: int) -> dict[str, Any
 
 def _with_unit(name: str, item: Any) -> str:
     """Name of a data set with the unit that an attribute states."""
-    unit = next((item.attrs[key] for key in UNIT_ATTRIBUTES if key in item.attrs), "")
+    stated = next((np.ravel(item.attrs[key]) for key in UNIT_ATTRIBUTES if key in item.attrs), np.ravel(""))
+    unit = stated[0] if stated.size == 1 else ""
     text = unit.decode("utf-8", "replace") if isinstance(unit, bytes) else str(unit)
     return f"{name} ({text})" if text.strip() else name
 
@@ -237,8 +246,9 @@ def _sheets(node: dict[str, Any], path: str, unread: list[str], depth: int) -> I
     if depth > DEEPEST:
         unread.append(f"{path!r} is nested too deeply and was left out")
         return
-    signals = _signals(node)
-    arrays = signals or {k: v for k, v in node.items() if isinstance(v, np.ndarray) and v.size > 1}
+    signals = _signals(node, path, unread)
+    arrays = {k: v for k, v in node.items() if isinstance(v, np.ndarray) and v.size > 1 and k not in signals}
+    arrays = {**signals, **arrays}
     lines = [[name, _text(value)] for name, value in node.items() if _is_single(value)]
     groups: dict[int, dict[str, np.ndarray]] = {}
     for name, array in arrays.items():
@@ -267,6 +277,10 @@ def _sheets(node: dict[str, Any], path: str, unread: list[str], depth: int) -> I
                     yield from _sheets(part, f"{inner}({number})", unread, depth + 1)
                 elif isinstance(part, np.ndarray) and part.size >= LEAST_ROWS:
                     yield from _sheets({f"{name} {number}": part}, f"{inner}({number})", unread, depth + 1)
+                elif isinstance(part, Unread):
+                    unread.append(f"'{inner}({number})' was left out: {part.what}")
+            if len(_texts(value)) >= LEAST_ROWS and not _name_columns(value, arrays, node):
+                unread.append(f"{inner!r} was left out: it holds {len(value)} texts")
         elif isinstance(value, Unread):
             unread.append(f"{inner!r} was left out: {value.what}")
 
@@ -291,6 +305,12 @@ def _sheet(name: str, group: dict[str, np.ndarray], lines: list[list[str]], node
     return Sheet(name, [*lines, *top, *map(list, zip(*columns, strict=True))], remarks)
 
 
+def _name_columns(value: list[Any], arrays: dict[str, np.ndarray], node: dict[str, Any]) -> bool:
+    """True for the list of texts that names the columns of a matrix."""
+    widths = {min(array.shape) for array in arrays.values()} - {1}
+    return any(_texts(value) == _names_for(width, node) for width in widths)
+
+
 def _names_for(width: int, node: dict[str, Any]) -> list[str]:
     """Names of the columns of a matrix: the one list of texts of this length beside it; empty without one."""
     lists = [_texts(value) for value in node.values() if isinstance(value, list)]
@@ -304,8 +324,14 @@ def _texts(value: list[Any]) -> list[str]:
     return [str(part) for part in parts] if all(isinstance(part, str) for part in parts) else []
 
 
-def _signals(node: dict[str, Any]) -> dict[str, np.ndarray]:
-    """Columns of what Simulink writes as a structure with time; empty for another structure."""
+def _signals(node: dict[str, Any], path: str, unread: list[str]) -> dict[str, np.ndarray]:
+    """Columns of what Simulink writes as a structure with time; empty for another structure.
+
+    Args:
+        node: the structure.
+        path: its name.
+        unread: sentences about signals that become no column, which grow.
+    """
     time, found = node.get("time"), node.get("signals")
     parts = found if isinstance(found, list) else [found]
     known = all(isinstance(part, dict) and "values" in part for part in parts)
@@ -313,10 +339,13 @@ def _signals(node: dict[str, Any]) -> dict[str, np.ndarray]:
         return {}
     columns = {"time": time}
     for number, part in enumerate(parts, 1):
+        label = _texts(part["label"])[:1] if isinstance(part.get("label"), list) else []
+        name = label[0] if label and label[0] else f"signal {number}"
         if isinstance(part["values"], np.ndarray):
-            label = _texts(part["label"])[:1] if isinstance(part.get("label"), list) else []
-            name = label[0] if label and label[0] else f"signal {number}"
-            columns[name if name not in columns else f"{name} {number}"] = part["values"]
+            columns[name if name not in columns and name not in node else f"{name} {number}"] = part["values"]
+        else:
+            what = part["values"].what if isinstance(part["values"], Unread) else "it holds no numbers"
+            unread.append(f"{_of(path)}signal {name!r} was left out: {what}")
     return columns
 
 
@@ -334,4 +363,4 @@ def _text(value: Any) -> str:
 
 def _number(value: Any) -> str:
     """A number with the digits that it has; empty where it is missing."""
-    return "" if value != value else str(value.item() if value.dtype.kind in "biu" else value)
+    return "" if value != value else str(int(value) if value.dtype.kind in "biu" else value)
