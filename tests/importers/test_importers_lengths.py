@@ -30,6 +30,13 @@ def test_the_gap_of_a_rheometer_is_advised_and_makes_the_strain_of_a_pressed_cou
     assert "check: strain is the change of 'Gap (um)' over its first value, 9.8 mm. If the specimen was not at rest" in "\n".join(checks(recording))
 
 
+def test_a_length_without_a_number_is_refused_as_such(put):
+    """It was refused as 0 mm, which stands nowhere."""
+    empty = "Time (s),Gap (mm),Stress (kPa)\n" + "".join(f"{row:g},,{row:g}\n" for row in ROWS)
+    message = refusal(put("a.csv", empty), columns=["length=Gap (mm)"], kind="elastomer")
+    assert "no number stands in 'Gap (mm)', of which strain is made" in message
+
+
 def test_a_stated_length_at_rest_is_taken_without_a_question(put):
     options = make_options(columns=["length=Gap (um)"], dimensions=["diameter_mm=8", "gauge_length_mm=10"], scales=["force=-1"])
     recording = import_file(put("a.csv", RHEOMETER), options)

@@ -129,7 +129,9 @@ def _of_length(making: Making) -> Channel:
     gauge = gauge_length_mm(making)
     if gauge is None:
         known = values[np.isfinite(values)]
-        gauge = float(known[0]) if known.size else 0.0
+        if not known.size:
+            raise unusable(making.place, f"no number stands in {channel.label!r}, of which strain is made")
+        gauge = float(known[0])
         making.warn(
             f"strain is the change of {channel.label!r} over its first value, {gauge:g} mm. If the specimen"
             " was not at rest there: --dimension gauge_length_mm=..."
