@@ -43,6 +43,20 @@ def test_a_constant_that_hides_an_offset_is_told_with_the_offset():
     assert told["effect"] == "pressure_calibration" and told["parameter"] == "offset" and told["unit"] == "Pa"
 
 
+def test_a_constant_that_nobody_states_is_told_with_no_stated_value(monkeypatch):
+    """Of a silicone that was to be identified, the report said what an offset is "with silicone_stiffness as stated"."""
+    world = pressurised(alike=1.0)
+    program = world.program(world.truth(np.random.default_rng(4), pressure_calibration=(1.5, 0.0, 0.0)))
+    conclusion = conclude(explain(program, np.random.default_rng(1), lambda _: None))
+    program, fit = conclusion.model
+    assert len(exchanges_of(program, fit)) == 1
+    monkeypatch.setattr("fitting.diagnose.verdict.exchangeable.FACTOR", "constant_0")
+    assert len(exchanges_of(program, fit)) == 1  # its material is known
+    for recording in program.recordings:
+        recording.geometry["material"] = "fit"
+    assert exchanges_of(program, fit) == []
+
+
 def test_a_constant_that_moved_by_itself_is_not_told_where_no_instrument_does_the_same():
     conclusion = concluded(pressurised(alike=0.0), base=(0.8,))
     assert not conclusion.mismatch and conclusion.exchanges == [] and exchange_sentences(conclusion, conclusion.exchanges) == []

@@ -9,6 +9,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fitting.specimens import specimen_of
+from fitting.specimens.priors import FIT
+from fitting.specimens.rows import MARK
+from fitting.specimens.silicones import FACTOR
+from pneusma_jax.calibration.keys import QUANTITIES
 from pneusma_jax.effects import CATALOGUE
 
 from ..evaluate.program import Program
@@ -44,6 +49,8 @@ class Exchange:
 def exchanges_of(program: Program, fit: Fit) -> list[Exchange]:
     """Constants that moved, each with the strengths of instruments that would explain the same.
 
+    Those of an alloy or a material that is to be identified are left out: nobody states them.
+
     Args:
         program: program of the campaign.
         fit: model whose constants are asked about.
@@ -61,7 +68,10 @@ def exchanges_of(program: Program, fit: Fit) -> list[Exchange]:
     normal = _Normal(J.T @ J / inflation + np.diag(prior), pull)
     own, found = np.arange(len(fit.free)), []
     place = {int(k): n for n, k in enumerate(columns)}
+    asked = _to_identify(program)
     for k in np.intersect1d(unknowns.base, fit.free):
+        if unknowns.items[k].name.partition(MARK)[0] in asked:
+            continue
         j = place[int(k)]
         cost, step = normal.costs(own, j, -fit.u[k])
         for e in strengths:
@@ -78,6 +88,14 @@ def exchanges_of(program: Program, fit: Fit) -> list[Exchange]:
             if alike and unknowns.low[e] <= there <= unknowns.high[e]:
                 found.append(Exchange(int(k), int(e), float(there), bool(named)))
     return found
+
+
+def _to_identify(program: Program) -> set[str]:
+    """Names of the constants of an alloy or a material that the recordings are to tell."""
+    key = specimen_of(program.kind).identified
+    if not any(str(r.full_geometry().get(key)) == FIT for r in program.recordings):
+        return set()
+    return {FACTOR, *QUANTITIES["alloy" if key == "alloy" else "silicone"]}
 
 
 class _Normal:
