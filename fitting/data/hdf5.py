@@ -22,6 +22,8 @@ h5py = Late("h5py")
 
 CAUTION = "caution"
 """Attribute of a posterior's file: what its draws do not count, in sentences."""
+UNCOUNTED = "its draws do not count all that they may be wrong by"
+"""Words after the name of such a file. A zero that drifts widens intervals; it makes no number wrong."""
 SIGNATURE = b"\x89HDF\r\n\x1a\n"
 _HEAD = 64
 """Number of bytes of a file that hold its size, in any version of the format."""
@@ -63,9 +65,14 @@ def opened(source: Path | bytes, name: str, what: str, more: str = "") -> Iterat
         raise InputError(f"{name}: cannot be read as {what} ({reason_of(error)}){more}") from None
 
 
-def caution_of(file: h5py.File) -> str:
+def caution_of(file: Any) -> str:
     """What the draws of a posterior do not count, in sentences; empty where they count everything."""
     return str(file.attrs.get(CAUTION, ""))
+
+
+def uncounted(path: Path | str, caution: str) -> str:
+    """Sentences on the draws of a posterior's file, by its name and what it says of them."""
+    return f"{path}: {UNCOUNTED}. {caution}"
 
 
 def _wrong_size(source: Path | bytes) -> str:

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from pneusma_jax.errors import distrusted
+from fitting.data.hdf5 import uncounted
 
 from .bodies import Plan
 from .posterior_file import posterior_caution
@@ -56,7 +56,7 @@ def notes_on_draws(study: Study, plan: Plan) -> list[str]:
         return []
     notes, left_out = [], sampler_of(study, plan).left_out
     if caution := posterior_caution(given.posterior):
-        notes.append(distrusted(given.posterior, caution).rstrip("."))
+        notes.append(uncounted(given.posterior, caution).rstrip("."))
     if left_out:
         notes.append(
             f"of {given.posterior.name} the study has no use for {', '.join(left_out)}: none of them is a "

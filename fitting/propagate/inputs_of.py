@@ -13,7 +13,7 @@ import numpy as np
 from fitting.data import hdf5
 from fitting.inference.parameters.ties import RESERVED
 from fitting.specimens.rows import MARK
-from pneusma_jax.errors import InputError, counted, distrusted, nearest
+from pneusma_jax.errors import InputError, counted, nearest
 from pneusma_jax.units import UNITS, dimension_of, suggested_unit, to_si
 
 from .distributions import Gaussian, Marginal, from_scipy
@@ -58,7 +58,7 @@ def inputs_of(study: Study, response: Response) -> tuple[Inputs, list[str]]:
     draws = None if vary.posterior is None else read_draws(study.folder / vary.posterior)
     in_file = None if draws is None else draws.names
     if draws is not None:
-        caution = [distrusted(draws.source, draws.caution).rstrip(".")] if draws.caution else []
+        caution = [hdf5.uncounted(draws.source, draws.caution).rstrip(".")] if draws.caution else []
         draws, notices = _draws_of_model(draws, study, known)
         notices = [*caution, *notices]
     _check_names(study, known, in_file)

@@ -14,8 +14,8 @@ from fitting.calibrate.spring.pipeline import SpringCharacterisation
 from fitting.specimens.saved_models import AugmentedModel
 from fitting.specimens.saved_models.files import render_model
 from pneusma_jax.calibration import Calibration
-from pneusma_jax.calibration.toml import render_calibration
 
+from .characterisation import with_caution
 from .elastomer import text as elastomer
 from .general import text as general
 from .spring import text as spring
@@ -41,9 +41,7 @@ def _(result: ElastomerCharacterisation) -> Sequence[str]:
 
 def table_of(table: Calibration, result: Characterisation) -> str:
     """TOML text of a result's table, with a `caution` where its constants are not to be trusted."""
-    text = {key: words for key, words in table.text.items() if key != "caution"}
-    said = " ".join(distrust(result))
-    return render_calibration(replace(table, text=text | ({"caution": said} if said else {})))
+    return with_caution(table, " ".join(distrust(result)))
 
 
 def model_of(model: AugmentedModel, result: Characterisation) -> str:

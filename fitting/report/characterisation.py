@@ -3,6 +3,7 @@
 import math
 import shlex
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +14,8 @@ from fitting.data.csv_text import csv_rows
 from fitting.inference.lasting_noise import Lasting
 from fitting.inference.notes import joined
 from fitting.specimens.with_saved_model import Augmented
+from pneusma_jax.calibration import Calibration
+from pneusma_jax.calibration.toml import render_calibration
 from pneusma_jax.errors import counted
 from pneusma_jax.units import amount
 
@@ -187,6 +190,12 @@ def zeros_json(found: Lasting | None) -> dict[str, dict[str, float]]:
     if found is None:
         return {}
     return {n: {"off": found.offset[n], "wanders": found.drift[n]} for n in found.drift}
+
+
+def with_caution(table: Calibration, said: str) -> str:
+    """TOML text of a table with a `caution`; without one where nothing is said."""
+    text = {key: words for key, words in table.text.items() if key != "caution"}
+    return render_calibration(replace(table, text=text | ({"caution": said} if said else {})))
 
 
 def fitted_only(

@@ -12,6 +12,7 @@ from click.testing import CliRunner
 
 from fitting.characterise import characterise
 from fitting.cli import main
+from fitting.data.hdf5 import UNCOUNTED
 from fitting.data.recordings import read_campaign
 from fitting.design.posterior_file import posterior_caution
 from fitting.inference.lasting_noise import Lasting
@@ -79,7 +80,7 @@ def test_a_posterior_of_a_misfit_begins_with_the_first_sentence_of_its_fit(crept
     study = tmp_path / "study.toml"
     study.write_text(STUDY)
     notice = build_problem(read_study(study)).notices[0]
-    assert notice.startswith(f"{tmp_path / 'posterior.nc'}: {DISTRUSTED}. {first}")
+    assert notice.startswith(f"{tmp_path / 'posterior.nc'}: {UNCOUNTED}. {first}")
 
 
 def test_a_table_of_a_law_that_does_not_fit_says_so_wherever_it_is_used(crept, tmp_path):

@@ -14,6 +14,7 @@ LATE = {
     "fitting.simulate.state": ("optimistix", "lineax", "scipy.optimize", "scipy.stats"),
     "fitting.calibrate": ("optimistix", "scipy.optimize", "scipy.stats"),
     "fitting.diagnose": ("optimistix", "scipy.optimize", "scipy.sparse.linalg", "scipy.stats"),
+    "fitting.data.importers": ("h5py", "scipy.io"),
     "fitting.sample": ("optimistix", "blackjax"),
     "fitting.report": ("matplotlib", "optimistix"),
 }

@@ -1,11 +1,12 @@
 """Files of a fitted elastomer beside its report: the material, its parameters and curves as CSV."""
 
+from fitting.calibrate.elastomer.analysis import Analysis
 from fitting.calibrate.elastomer.material import material
 from fitting.calibrate.elastomer.pipeline import ElastomerCharacterisation, estimates
 from fitting.data.csv_text import csv_rows
 
-from ..cautions import table_of
-from ..characterisation import CSV_DIGITS, estimate_cells
+from ..characterisation import CSV_DIGITS, estimate_cells, with_caution
+from . import text
 
 PARAMETERS = (
     "fitted_to", "law", "chosen", "parameter", "value", "sd", "unit", "at_bound", "strain_min", "strain_max",
@@ -16,14 +17,19 @@ PARAMETERS = (
 def files(result: ElastomerCharacterisation) -> dict[str, str]:
     """Content of the files beside report and page, by file name."""
     found = {
-        "material.toml": table_of(material(result.whole, result.samples, result.title), result),
+        "material.toml": _table(result, result.whole, result.title),
         "parameters.csv": _parameters_csv(result),
         "curve.csv": _curve_csv(result),
     }
     if result.actuator is not result.whole:
         title = f"{result.title}, an actuator's range"
-        found["material_actuator.toml"] = table_of(material(result.actuator, result.samples, title), result)
+        found["material_actuator.toml"] = _table(result, result.actuator, title)
     return found
+
+
+def _table(result: ElastomerCharacterisation, analysis: Analysis, title: str) -> str:
+    """TOML text of the law that an analysis recommends, with its own `caution`."""
+    return with_caution(material(analysis, result.samples, title), text.caution(result, analysis))
 
 
 def _parameters_csv(result: ElastomerCharacterisation) -> str:

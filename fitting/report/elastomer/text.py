@@ -51,7 +51,7 @@ def verdict(result: ElastomerCharacterisation) -> list[str]:
     sentences = [_which_law(result.whole)]
     fit = result.whole.best
     if _shaped(fit):
-        sentences.append(_left(result, fit))
+        sentences.append(_left(result, result.whole))
     one_constant = {name: d for name, d in result.whole.drifts.items() if len(d) == 1}
     sentences += drift.verdict(result.whole.held, one_constant)
     sentences += _past_the_range(result.whole)
@@ -62,17 +62,42 @@ def verdict(result: ElastomerCharacterisation) -> list[str]:
 
 def left_by(result: ElastomerCharacterisation) -> list[str]:
     """Sentence on what the recommended law leaves beyond noise, by its name; empty where there is nothing."""
-    fit, name = result.whole.best, result.whole.best.law.label
-    return [_left(result, fit, name[0].upper() + name[1:])] if _shaped(fit) else []
+    return [_left(result, result.whole, _named(result.whole))] if _shaped(result.whole.best) else []
 
 
-def _left(result: ElastomerCharacterisation, fit: LawFit, law: str = "It") -> str:
+def caution(result: ElastomerCharacterisation, analysis: Analysis) -> str:
+    """Why constants of an analysis are not to be trusted; empty where they are.
+
+    They are, where an ordinary instrument whose noise nobody states may have made what the law leaves.
+    """
+    if not _shaped(analysis.best) or _is_accurate(result, analysis):
+        return ""
+    return _left(result, analysis, _named(analysis))
+
+
+def _named(analysis: Analysis) -> str:
+    """Name of the recommended law at the beginning of a sentence."""
+    name = analysis.best.law.label
+    return name[0].upper() + name[1:]
+
+
+def _share(result: ElastomerCharacterisation, analysis: Analysis) -> float:
+    """Root mean square error of the recommended law, over the range of the stresses that it was fitted to."""
+    error = analysis.held[analysis.choice.chosen].ranges[-1].inside.rmse
+    return error / float(np.ptp(result.samples.stress[analysis.best.mask]))
+
+
+def _is_accurate(result: ElastomerCharacterisation, analysis: Analysis) -> bool:
+    stated = any(curve.noise_stated for curve in result.samples.curves)
+    return within_accuracy(_share(result, analysis), stated)
+
+
+def _left(result: ElastomerCharacterisation, analysis: Analysis, law: str = "It") -> str:
     """A sentence about what the recommended law leaves beyond noise, and who looks for the cause."""
-    left = f"{law} leaves {math.sqrt(fit.mean_square):.2g} times the noise"
-    samples, error = result.samples, result.whole.held[result.whole.choice.chosen].ranges[-1].inside.rmse
-    share = error / float(np.ptp(samples.stress[samples.fitted]))
-    if not within_accuracy(share, any(curve.noise_stated for curve in samples.curves)):
+    left = f"{law} leaves {math.sqrt(analysis.best.mean_square):.2g} times the noise"
+    if not _is_accurate(result, analysis):
         return f"{left}. `pneusma diagnose` looks for the cause."
+    share = _share(result, analysis)
     return (
         f"{left}, {percent(share)} of the range. Nobody states the noise, and ordinary instruments are "
         f"accurate to {percent(ACCURACY)}."
