@@ -385,8 +385,11 @@ def _lowest(
 
 
 def _ended(result: FitResult) -> bool:
-    """True if a fit has converged or made all steps that are allowed; another start would gain little."""
-    return result.success or _cut_short(result)
+    """True if a fit has converged, made all steps that are allowed, or gains too little to go on.
+
+    Another start would gain little.
+    """
+    return result.success or _cut_short(result) or getattr(result, "status", None) is Status.LINGERING
 
 
 def _cut_short(result: FitResult) -> bool:

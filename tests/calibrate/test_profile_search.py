@@ -201,6 +201,29 @@ def test_no_profile_takes_more_fits_than_are_allowed_and_says_so():
     assert not easy.profile().cut
 
 
+class Ending(Problem):
+    """Every fit ends with a status."""
+
+    status = Status.CONVERGED
+
+    def fit(self, values, held):
+        result = super().fit(values, held)
+        result.success, result.status = self.status is Status.CONVERGED, self.status
+        return result
+
+
+@pytest.mark.parametrize(("status", "more"), [(Status.LINGERING, False), (Status.STALLED, True)])
+def test_a_fit_that_ends_because_it_gains_too_little_is_not_made_from_another_start(status, more):
+    """A law that misses its tests ends so at every point, and each was fitted a second time."""
+    calls = []
+    for end in (Status.CONVERGED, status):
+        problem = Ending(lambda x, y: x**2 + (y - x) ** 2)
+        problem.status = end
+        problem.profile()
+        calls.append(problem.calls)
+    assert (calls[1] > calls[0]) is more
+
+
 def test_all_profiles_are_made_of_the_fit_that_none_falls_below_alone():
     """The first that falls ends a turn; the last turn makes all of them, whatever they find."""
     asked, falls = [], Profile("x", np.zeros(1), np.zeros(1), np.zeros(1, bool), 1.0, below=5.0, lowest={"x": 1.0})
