@@ -18,9 +18,11 @@ from fitting.calibrate.spring.other_fits import lead, spanned
 from fitting.calibrate.spring.profiles import profiles
 from fitting.calibrate.spring.search import Fitted, Reading, order
 from fitting.data.recordings.nominal import nominal_geometry
+from fitting.inference.least_squares import Status
 from fitting.inference.least_squares.covariance import Uncertainty
 from fitting.inference.parameters import Parameter, Parameters
 from fitting.report import profile_likelihood as shown
+from fitting.report.spring.text import unended
 from fitting.specimens.spring_rows import GEOMETRY
 from pneusma_jax import SpringGeometry
 from pneusma_jax.calibration.records import Prior, Quantity
@@ -37,8 +39,9 @@ def ended(x, chi_square, converged):
     """A fit that ended at x; one that stalled has no errors of its own."""
     errors = uncertainty(0.01) if converged else Uncertainty.none(NAMES)
     return SimpleNamespace(
-        values={"x": x, "y": 0.0}, chi_square=chi_square, success=converged, uncertainty=errors
-    )
+        values={"x": x, "y": 0.0}, chi_square=chi_square, success=converged, uncertainty=errors,
+        status=Status.CONVERGED if converged else Status.STALLED,
+    )  # fmt: skip
 
 
 def joint_of(*results):
@@ -55,6 +58,15 @@ def test_two_parameter_sets_that_fit_alike_are_said_even_where_a_fit_stalled(end
     found = other_modes(joint_of(ended(-1.0, 10.0, ends[0]), ended(1.0, 10.0, ends[1])))
     assert len(found) == 1 and found[0].values["x"] == 1.0 and found[0].converged == ends[1]
     assert found[0].distance == pytest.approx(200.0) and found[0].different[0][0] == "x"
+
+
+def test_a_fit_that_gained_too_little_to_go_on_ended_well():
+    """Where the law misses the tests every fit ends so, and the report said that it stalled and did not end well."""
+    lingered = ended(1.0, 10.0, False)
+    lingered.status = Status.LINGERING
+    (mode,) = other_modes(joint_of(ended(-1.0, 10.0, True), lingered))
+    assert mode.converged and unended(lingered) == []
+    assert unended(ended(1.0, 10.0, False)) == [f"The joint fit did not end well. {Status.STALLED.value}"]
 
 
 def test_a_worse_fit_a_near_one_and_one_known_already_are_no_other_modes():

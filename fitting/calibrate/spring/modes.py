@@ -8,6 +8,7 @@ import numpy as np
 from fitting.inference.least_squares.covariance import Uncertainty
 
 from .joint import Joint
+from .problem import came_to_an_end
 
 EQUAL = 6.0
 """Maximum excess of chi-square of a fit that is as good (a p-value of 5 % for two directions)."""
@@ -63,7 +64,7 @@ def other_modes(joint: Joint) -> list[Mode]:
         if any(apart(errors, known.values, result.values)[0] < APART for known in found):
             continue
         values = {name: result.values[name] for name in joint.problem.parameters}
-        found.append(Mode(start.name, values, float(worse), distance, different, result.success))
+        found.append(Mode(start.name, values, float(worse), distance, different, came_to_an_end(result)))
     return found
 
 

@@ -339,8 +339,12 @@ def _same(before: FitResult, after: FitResult, unit: float) -> bool:
     """
     if before.chi_square is None or after.chi_square is None:
         return True
-    ended = after.success or after.status is Status.LINGERING
-    return abs(before.chi_square - after.chi_square) < SAME * unit and ended
+    return abs(before.chi_square - after.chi_square) < SAME * unit and came_to_an_end(after)
+
+
+def came_to_an_end(result: FitResult) -> bool:
+    """True if a fit converged, or gained too little by the noise as found to go on."""
+    return result.success or result.status is Status.LINGERING
 
 
 def scale_of(entry: Any) -> float:

@@ -9,9 +9,10 @@ from fitting.calibrate.spring.misfit import missed
 from fitting.calibrate.spring.modes import Mode
 from fitting.calibrate.spring.other_fits import lead
 from fitting.calibrate.spring.pipeline import SpringCharacterisation
-from fitting.calibrate.spring.problem import MISFIT
+from fitting.calibrate.spring.problem import MISFIT, came_to_an_end
 from fitting.calibrate.spring.scores import Score, overall
 from fitting.calibrate.spring.stand_tests import SOFTER
+from fitting.inference.least_squares import FitResult
 from fitting.inference.noise import OVERSTATED, overstated_sentence
 from fitting.inference.notes import joined
 from fitting.inference.numbers import number
@@ -141,11 +142,15 @@ def mode_sentence(mode: Mode) -> str:
     )
 
 
+def unended(fit: FitResult) -> list[str]:
+    """A sentence on a joint fit that did not end well; none where it gained too little to go on."""
+    return [] if came_to_an_end(fit) else [f"The joint fit did not end well. {fit.status.value}"]
+
+
 def warnings(result: SpringCharacterisation) -> list[str]:
     """Warnings: bounds, parameters that never moved, fits that failed, uninformative resistances."""
     sentences = [e["text"] for e in result.identifiability if e["kind"] in ("at_bound", "at_start")]
-    if not result.joint.result.success:
-        sentences.append(f"The joint fit did not end well. {result.joint.result.status.value}")
+    sentences += unended(result.joint.result)
     ahead = lead(result.joint)
     if ahead > CLOSE_CALL:
         sentences.append(
