@@ -52,6 +52,38 @@ def test_every_structure_is_a_test_of_its_own(save):
     assert len(import_file(path, make_options(sheet="fast"))) == 30
 
 
+@pytest.mark.parametrize(
+    "around",
+    [
+        {"data": PULL, "specimen": SIZES | {"name": "EF30-07"}, "date": "2026-11-13"},
+        {"data": PULL} | SIZES | {"specimen": {"name": "EF30-07"}, "date": "2026-11-13"},
+        {"test": {"data": PULL, "specimen": SIZES | {"name": "EF30-07"}}, "date": "2026-11-13"},
+    ],
+    ids=["beside", "around", "nested"],
+)
+def test_sizes_in_structures_beside_and_around_a_table_are_its_own(save, around):
+    recording = import_file(save(around), make_options())
+    is_the_pull(recording)
+    assert any("the gauge length is 20 mm, as the file states" in note for note in recording.notices)
+    assert any("EF30-07" in note for note in recording.notices)
+    assert any("2026-11-13" in note for note in recording.notices)
+    assert not checks(recording)
+
+
+def test_each_test_in_a_file_keeps_the_sizes_beside_its_table(save):
+    thick = {"gauge_length_mm": 20.0, "area_mm2": 8.0}
+    tests = {"one": {"data": PULL, "specimen": SIZES}, "two": {"data": PULL, "specimen": thick}}
+    one, two = import_tests(save(tests), make_options())
+    is_the_pull(one)
+    np.testing.assert_allclose(two.columns["stress_kPa"], one.columns["stress_kPa"] / 2.0, rtol=1e-14)
+
+
+def test_sizes_that_two_structures_state_differently_are_asked_for(save):
+    tests = {"data": PULL, "old": SIZES, "new": SIZES | {"area_mm2": 8.0}}
+    told = refusal(save(tests))
+    assert "old area_mm2" in told and "new area_mm2" in told
+
+
 def test_a_structure_with_time_of_simulink_is_one_table(save):
     signals = np.array([{"values": 5.0 * T, "label": "pressure_kPa"}, {"values": 3.0 * T, "label": "bend_angle_deg"}])
     recording = import_file(save({"Data": {"time": T, "signals": signals, "blockName": "a/b"}}), make_options(units=["time=s"]))

@@ -1,8 +1,9 @@
 """Files of MATLAB (.mat) and HDF5 as sheets of cells: vectors of one length stand side by side.
 
 A structure, or a group of an HDF5 file, is a sheet. So are the variables that stand in none. Single numbers
-and texts become lines above its table. A matrix joins the vectors that have as many rows, and is a table of
-its own without them. What Simulink
+and texts become lines above its table. So do those of the structures around it, and those of structures
+without a table that stand beside it or beside one of these. A matrix joins the vectors that have as many
+rows, and is a table of its own without them. What Simulink
 writes as a structure with time is one table. Objects of MATLAB, such as its tables, only MATLAB can read.
 """
 
@@ -234,7 +235,9 @@ def _referred(part: Any, file: Any, transposed: bool) -> Any:
 # ---- tables of these
 
 
-def _sheets(node: dict[str, Any], path: str, unread: list[str], depth: int) -> Iterator[Sheet]:
+def _sheets(
+    node: dict[str, Any], path: str, unread: list[str], depth: int, around: tuple[list[str], ...] = ()
+) -> Iterator[Sheet]:
     """Tables of a structure and of those in it.
 
     Args:
@@ -242,6 +245,7 @@ def _sheets(node: dict[str, Any], path: str, unread: list[str], depth: int) -> I
         path: names of the structures around it, joined by dots.
         unread: sentences about variables that become no column, which grow.
         depth: number of these structures.
+        around: lines of single values that stand in them.
     """
     if depth > DEEPEST:
         unread.append(f"{path!r} is nested too deeply and was left out")
@@ -249,7 +253,9 @@ def _sheets(node: dict[str, Any], path: str, unread: list[str], depth: int) -> I
     signals = _signals(node, path, unread)
     arrays = {k: v for k, v in node.items() if isinstance(v, np.ndarray) and v.size > 1 and k not in signals}
     arrays = {**signals, **arrays}
-    lines = [[name, _text(value)] for name, value in node.items() if _is_single(value)]
+    own = [*_single_lines(node, ""), *_lines_beside(node)]
+    names = {name for name, _ in own}
+    lines = [*(line for line in around if line[0] not in names), *own]
     groups: dict[int, dict[str, np.ndarray]] = {}
     for name, array in arrays.items():
         upright = array if array.shape[0] >= array.shape[1] else array.T
@@ -270,11 +276,11 @@ def _sheets(node: dict[str, Any], path: str, unread: list[str], depth: int) -> I
     for name, value in node.items():
         inner = f"{path}.{name}" if path else name
         if isinstance(value, dict) and not (signals and name == "signals"):
-            yield from _sheets(value, inner, unread, depth + 1)
+            yield from _sheets(value, inner, unread, depth + 1, tuple(lines))
         elif isinstance(value, list) and not (signals and name == "signals"):
             for number, part in enumerate(value, 1):
                 if isinstance(part, dict):
-                    yield from _sheets(part, f"{inner}({number})", unread, depth + 1)
+                    yield from _sheets(part, f"{inner}({number})", unread, depth + 1, tuple(lines))
                 elif isinstance(part, np.ndarray) and part.size >= LEAST_ROWS:
                     yield from _sheets({f"{name} {number}": part}, f"{inner}({number})", unread, depth + 1)
                 elif isinstance(part, Unread):
@@ -283,6 +289,43 @@ def _sheets(node: dict[str, Any], path: str, unread: list[str], depth: int) -> I
                 unread.append(f"{inner!r} was left out: it holds {len(value)} texts")
         elif isinstance(value, Unread):
             unread.append(f"{inner!r} was left out: {value.what}")
+
+
+def _lines_beside(node: dict[str, Any]) -> list[list[str]]:
+    """Lines of single values in those structures of a structure that hold no table.
+
+    Texts are named with their structure: `specimen name`. So are numbers that two structures state
+    differently.
+    """
+    found: list[tuple[str, list[str]]] = []
+    for name, value in node.items():
+        if isinstance(value, dict) and not _holds_a_table(value):
+            lines = [*_single_lines(value, f"{name} "), *_lines_beside(value)]
+            found += [(name, line) for line in lines]
+    values: dict[str, set[str]] = {}
+    for _, (name, text) in found:
+        values.setdefault(name, set()).add(text)
+    return [[name if len(values[name]) == 1 else f"{within} {name}", text] for within, (name, text) in found]
+
+
+def _holds_a_table(node: dict[str, Any]) -> bool:
+    """True for a structure with a vector that becomes a column, in itself or in what it holds."""
+    parts = [*node.values(), *(x for value in node.values() if isinstance(value, list) for x in value)]
+    return any(
+        _holds_a_table(part)
+        if isinstance(part, dict)
+        else isinstance(part, np.ndarray) and max(part.shape) >= LEAST_ROWS
+        for part in parts
+    )
+
+
+def _single_lines(node: dict[str, Any], before: str) -> list[list[str]]:
+    """Names and texts of the single values of a structure, `before` before the names of texts."""
+    return [
+        [before + name if isinstance(value, list) else name, _text(value)]
+        for name, value in node.items()
+        if _is_single(value)
+    ]
 
 
 def _of(path: str) -> str:
