@@ -5,6 +5,8 @@ from functools import cached_property
 
 import numpy as np
 
+from fitting.specimens.rows import MARK
+
 from ..evaluate.evaluation import Evaluation
 from ..evaluate.program import Program
 from ..evaluate.start import Start
@@ -153,9 +155,15 @@ class Conclusion:
     def exchanges(self) -> list[Exchange]:
         """Constants within their tolerances and errors of instruments that explain the same.
 
-        There are none where something unmodelled comes first: no number is to be trusted then.
+        There are none where something unmodelled comes first: no number is to be trusted then. Nor has a
+        constant of a law that was fitted to these recordings a value that somebody stated.
         """
-        return exchanges_of(*self.model) if self.named or not self.mismatch else []
+        if self.mismatch and not self.named:
+            return []
+        fitted = {name for table in self.start.tables.values() for name in table.quantities}
+        items = self.explanation.program.unknowns.items
+        found = exchanges_of(*self.model)
+        return [one for one in found if items[one.constant].name.partition(MARK)[0] not in fitted]
 
     @property
     def changed(self) -> bool:
