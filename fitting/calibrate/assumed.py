@@ -64,7 +64,7 @@ def notices_of(recordings: Sequence[Recording], free: Parameters, most: int = MO
 def assumed(recordings: Sequence[Recording]) -> list[str]:
     """A sentence where recordings leave out what their specimens are; nothing where all is stated.
 
-    A `design` states everything that its table holds.
+    A `design` states everything that its table holds. A silicone to be fitted has no law of the source.
     """
     missing: dict[str, str] = {}
     silent = []
@@ -72,7 +72,8 @@ def assumed(recordings: Sequence[Recording]) -> list[str]:
         if "design" in recording.geometry:
             continue
         nominal = recording.full_geometry()
-        unstated = [k for k in nominal if k not in recording.geometry and k not in NEED_NO_NOTICE]
+        needless = (*NEED_NO_NOTICE, "law") if recording.geometry.get("material") == "fit" else NEED_NO_NOTICE
+        unstated = [k for k in nominal if k not in recording.geometry and k not in needless]
         missing |= {key: str(nominal[key]) for key in unstated}
         silent += [recording.name] if unstated else []
     if not missing:

@@ -29,6 +29,14 @@ def test_an_alloy_that_is_not_stated_is_said_with_what_to_write(springs):
     assert 'alloy = "fit"' in sentence and "wire_diameter_mm" not in sentence
 
 
+def test_a_silicone_to_be_fitted_takes_no_law_of_the_source():
+    """A coupon with a fitted Gent law was told that the law is the source's polynomial."""
+    recordings = read_campaign(EXAMPLES / "pulled_silicone").recordings
+    of = lambda geometry: assumed([replace(r, geometry=geometry) for r in recordings])  # noqa: E731
+    assert of({"material": "fit"}) == []
+    assert "law = polynomial" in of({"material": "dragon_skin_10_fast"})[0]
+
+
 def silent_of_tolerances(campaign):
     return replace(campaign, recordings=[replace(r, tolerance=None) for r in campaign.recordings])
 
