@@ -108,9 +108,9 @@ def test_draws_that_agree_with_a_fit_that_misses_do_not_say_that_its_errors_hold
 @pytest.mark.parametrize(
     ("inflation", "beside", "noise"),
     [
-        (1.0, False, "take the stated noise as all"),
-        (2.5, False, "take noise that is 2.5 times the stated one, as in the fit, as all"),
-        (1.0, True, "take the stated noise and zeros of instruments that drift, as in the fit, as all"),
+        (1.0, False, "take the noise as stated or estimated as all"),
+        (2.5, False, "take noise that is 2.5 times the one stated or estimated, as in the fit, as all"),
+        (1.0, True, "take the noise as stated or estimated and zeros of instruments that drift, as in the fit, as all"),
     ],
 )
 def test_the_noise_of_the_draws_is_named(crept, inflation, beside, noise):
@@ -125,7 +125,7 @@ def test_zeros_that_only_the_fit_counts_are_told_with_their_factor(crept):
     wider, white = (replace(crept, fit=fitting, lasting=zeros(grown)) for grown in (3.0, 1.0))
     said = " ".join(verdict(judged(wider)))
     assert "multiplied by up to 3 for zeros of instruments" in said and HOLD not in said
-    assert "wider by up to that factor" in said and "the stated noise as all there is" in said
+    assert "wider by up to that factor" in said and "the noise as stated or estimated as all there is" in said
     assert not beside_fit.opening(white) and HOLD in verdict(judged(white))[-1]
 
 

@@ -27,11 +27,11 @@ def opening(fit: Characterisation | None) -> list[str]:
     doubts, zeros = list(distrust(fit)), error_factors(1.0, lasting)
     if not doubts and not zeros:
         return []
-    noise = "the stated noise"
+    noise = "the noise as stated or estimated"
     if inflation > 1.0:
-        noise = f"noise that is {number(inflation, '.2g')} times the stated one, as in the fit,"
+        noise = f"noise that is {number(inflation, '.2g')} times the one stated or estimated, as in the fit,"
     elif lasting is not None and lasting.fitted_beside_zeros:
-        noise = "the stated noise and zeros of instruments that drift, as in the fit,"
+        noise = "the noise as stated or estimated and zeros of instruments that drift, as in the fit,"
     said = [*doubts, f"The draws take {noise} as all there is."]
     if zeros:
         said.append(
