@@ -12,7 +12,7 @@ from fitting.diagnose.verdict.conclusion import Conclusion
 from fitting.diagnose.verdict.discrepancy import Discrepancy
 from fitting.diagnose.verdict.held_out import HeldOut
 from fitting.diagnose.verdict.probabilities import Found
-from fitting.inference.notes import capital, joined
+from fitting.inference.notes import joined
 from fitting.specimens.rows import of_specimen
 from pneusma_jax.model_discrepancy import unit_of
 from pneusma_jax.units import from_si
@@ -76,8 +76,8 @@ def text_of_ends(conclusion: Conclusion, found: Found) -> str:
     one = len(ends) == 1
     each, it = ("is at an end of its range", "it") if one else ("are at ends of their ranges", "them")
     return (
-        f"{capital(joined(ends))} {each}. The other errors leave {it} open. `pneusma characterise` holds "
-        f"{it} there, so its errors are smaller."
+        f"{'Parameter' if one else 'Parameters'} {joined(ends)} {each}. The other errors leave {it} open. "
+        f"`pneusma characterise` holds {it} there, so its errors are smaller."
     )
 
 
