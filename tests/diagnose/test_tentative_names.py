@@ -32,6 +32,7 @@ def but(conclusion, **changes):
 def test_a_sure_name_is_told_with_its_strength_and_error(conclusion):
     first = verdict_sentences(conclusion)[0]
     assert first.startswith(f"The base model leaves out {CONSTANT} (shift = ") and "±" in first and "perhaps" not in first
+    assert "end of its range" not in first
     assert content(conclusion)["effects"][0] | {"tentative": False, "strength": "shift"} == content(conclusion)["effects"][0]
 
 
@@ -54,9 +55,10 @@ def test_of_two_names_the_tentative_one_comes_last(conclusion):
     assert f"leaves out {CONSTANT} (shift =" in said and ", and perhaps thick_wall (probability 0.40, shift =" in said
 
 
-def test_an_effect_at_its_bound_is_tentative():
+def test_an_effect_at_its_bound_is_tentative_and_says_so():
     world = tubes(effects=(CONSTANT,))
     program = world.program(world.truth(np.random.default_rng(5), **{CONSTANT: 6.0}))  # beyond what is physical
     found = conclude(explain(program, np.random.default_rng(1), lambda _: None)).found
     named = [f for f in found if f.slug == CONSTANT]
     assert named and named[0].tentative
+    assert named[0].words.endswith(", an end of its range)")

@@ -13,7 +13,7 @@ from ..evaluate.program import Program
 from ..fit.candidates import CandidateFit
 from ..fit.evidence import evidence, inflation_of
 from ..fit.misfit import reduced
-from ..fit.refit import at_its_bound
+from ..fit.refit import at_an_end, at_its_bound
 from ..fit.standard_errors import standard_errors
 from ..search.steps import Explanation, LeaveOneOutEvidence
 from ..settings import DEFAULT
@@ -40,6 +40,7 @@ class Found:
         instead: probability of each candidate in its place beside the other effects, its own included.
         strength: name of the parameter that tells best how strong it is; empty where none does.
         errors: by how many standard errors that strength is from its absence [1].
+        at_an_end: True if that strength ended at an end of its range, so that its error tells little.
     """
 
     slug: str
@@ -51,6 +52,7 @@ class Found:
     instead: dict[str, float] = field(default_factory=dict)
     strength: str = ""
     errors: float = np.inf
+    at_an_end: bool = False
 
     @property
     def tentative(self) -> bool:
@@ -68,7 +70,8 @@ class Found:
         if self.strength:
             entry = self.parameters[self.strength]
             size = format_estimate(entry["value"], entry["sd"]).replace("+/-", "±")
-            told.append(f"{self.strength} = {amount(size, entry['unit'])}")
+            end = ", an end of its range" if self.at_an_end else ""
+            told.append(f"{self.strength} = {amount(size, entry['unit'])}{end}")
         return f"{self.slug} ({', '.join(told)})" if told else self.slug
 
 
@@ -182,6 +185,7 @@ def effects_found(
                 instead,
                 program.unknowns.items[own[best]].name,
                 float(away[best]),
+                int(own[best]) in at_an_end(program.unknowns, fit, slug),
             )
         )
     return found
