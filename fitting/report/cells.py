@@ -67,7 +67,7 @@ def with_error(value: float, sd: float | None) -> str:
 def relative(value: float, sd: float | None) -> str:
     """A standard error in percent of its number; empty where one of them is unknown."""
     known = sd is not None and math.isfinite(sd) and sd > 0.0 and math.isfinite(value) and value != 0.0
-    return f"{100.0 * abs(sd / value):.2g} %" if known else ""
+    return f"{number(100.0 * abs(sd / value), '.2g')} %" if known else ""
 
 
 def with_unit(name: str, unit: str) -> str:

@@ -3,6 +3,8 @@
 import math
 from dataclasses import dataclass
 
+from fitting.inference.numbers import number
+
 SHIFT, RATIO, SKEWNESS = 0.25, 1.15, 0.5
 """Minimum disagreement to be reported: of means in standard deviations, of the ratio of widths, of
 skewness."""
@@ -35,12 +37,13 @@ class Disagreement:
         found = []
         if abs(self.shift) > SHIFT:
             found.append(
-                f"its mean lies {abs(self.shift):.2g} sd {'above' if self.shift > 0 else 'below'} the fit"
+                f"its mean lies {number(abs(self.shift), '.2g')} sd "
+                f"{'above' if self.shift > 0 else 'below'} the fit"
             )
         if not 1.0 / RATIO < self.ratio < RATIO:
             wide = self.ratio > 1.0
             small = "too small" if wide else "too large"
-            found.append(f"its error is {self.ratio:.2g} times the fit's ({small} there)")
+            found.append(f"its error is {number(self.ratio, '.2g')} times the fit's ({small} there)")
         if abs(self.skewness) > SKEWNESS:
             found.append(
                 f"it leans to {'high' if self.skewness > 0 else 'low'} values (skewness {self.skewness:+.2g})"

@@ -17,6 +17,8 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from fitting.inference.numbers import number
+
 from .chart import PROBES, choose_chart
 from .convergence import BURN_LENGTHS, LENGTHS, assess
 from .ensembles import Ensembles
@@ -83,7 +85,7 @@ def pilot(target: Target, found: Laplace, settings: Settings) -> Choice:
     emcee = lengths * settings.walkers * settings.ensembles
     nuts = COST * GRADIENTS * settings.ensembles * (settings.warm_up + DRAWS)
     if emcee < GAIN * nuts:
-        why = f"emcee: a pilot expects it to converge after some {emcee:.1g} evaluations."
+        why = f"emcee: a pilot expects it to converge after some {number(emcee, '.1g')} evaluations."
         return Choice(own, why, ensembles)
     smooth = _smooth_segments(target, found, ensembles.coordinates[:, -1].reshape(-1, target.dimension), own)
     if smooth < SMOOTH:

@@ -48,7 +48,7 @@ def test_a_number_with_its_error(value, sd, text):
 def test_names_units_and_relative_errors():
     assert with_unit("T", "degC") == "T [degC]" and with_unit("a", "1") == "a"
     assert [joined(list(names)) for names in ("", "a", "ab", "abc")] == ["", "a", "a and b", "a, b and c"]
-    assert relative(2.0, 0.1) == "5 %" and relative(0.0, 0.1) == "" and relative(1.0, math.nan) == ""
+    assert relative(2.0, 0.1) == "5 %" and relative(0.051, 0.06) == "120 %" and relative(0.0, 0.1) == "" and relative(1.0, math.nan) == ""
 
 
 def test_an_error_that_is_not_known_shows_in_table_and_files():

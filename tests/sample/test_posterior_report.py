@@ -14,6 +14,7 @@ from fitting.data.publish import RECORD
 from fitting.data.recordings import read_campaign
 from fitting.report.posterior.netcdf import prior_draws
 from fitting.report.posterior.tables import disagreement_table
+from fitting.sample.comparison import compare
 from pneusma_jax.calibration import write_calibration
 from pneusma_jax.errors import InputError
 from pneusma_jax.units import to_si
@@ -22,6 +23,11 @@ FILES = {
     "summary.csv", "posterior.nc", "corner.png", "predictive.png", "prior.png", "trace.png", "report.html",
     "report.json",
 }  # fmt: skip
+
+
+def test_large_disagreements_have_no_power_of_ten():
+    first, second = compare(47540.0, 29953.0, 0.0, 21.0, 12.0).reasons
+    assert first == "its mean lies 4000 sd above the fit" and second.startswith("its error is 2500 times the fit's")
 
 
 @pytest.fixture(scope="module")
@@ -132,7 +138,7 @@ def test_the_command_says_that_it_has_not_converged_and_resumes(example, tmp_pat
     assert json.loads((out / "report.json").read_text())["converged"] is False
     assert "Not converged" in (out / "report.html").read_text()
     assert call(*arguments) == 2
-    assert "results are here already" in capsys.readouterr().err
+    assert "chains are here already" in capsys.readouterr().err
     assert call(*arguments, "--max-steps", 3000, "--resume") == 0
     said = capsys.readouterr()
     assert "Converged: 4 independent ensembles" in said.out and "sampling" not in said.err

@@ -155,7 +155,7 @@ def lasting_zeros(found: Lasting | None) -> list[str]:
     if found.fitted_beside_zeros:
         done = "Constants were fitted beside such zeros, and intervals count these as noise alone"
     return [
-        f"The residuals change slowly, as if instruments had wrong zeros: {sizes} times its noise. "
+        f"The residuals change slowly, as if instruments had wrong zeros: {sizes}. "
         f"{done}. Read the instruments at rest before and after each test."
     ]
 
@@ -168,8 +168,9 @@ def large_drifts(found: Lasting | None) -> dict[str, float]:
 
 
 def _zero(found: Lasting, name: str) -> str:
-    """Words on the zero of an output, without the unit, which is its noise."""
-    return f"that of {name} is off by {found.offset[name]:.2g} and drifts by {found.drift[name]:.2g}"
+    """Words on the zero of an output, in units of its noise."""
+    offset, drift = (number(size[name], ".2g") for size in (found.offset, found.drift))
+    return f"that of {name} is off by {offset} times its noise, and drifts by {drift} times"
 
 
 def law_of(result: GeneralCharacterisation) -> str:
