@@ -7,11 +7,13 @@ from tqdm import tqdm
 
 from fitting.inference.progress import Moving, PlainLines, columns, duration
 
-from .convergence import BURN_LENGTHS, LENGTHS, Convergence
+from .convergence import BURN_LENGTHS, EFFECTIVE, LENGTHS, Convergence
 
 
 class SamplingBar:
     """A progress bar over steps. Its end moves with the estimate of the autocorrelation time.
+
+    Short chains underestimate that time, so what is left is told as a minimum.
 
     Args:
         shown: true or false, or None to show it at a terminal, and occasional plain lines elsewhere.
@@ -52,13 +54,15 @@ class SamplingBar:
             return
         expected = self._budget
         if state.lengths > 0.0:
-            expected = min(int((LENGTHS + BURN_LENGTHS) * state.kept / state.lengths) + 1, self._budget)
+            long_enough = (LENGTHS + BURN_LENGTHS) * state.kept / state.lengths
+            many_enough = state.burn_in + state.kept * EFFECTIVE / max(state.effective.min(), 1.0)
+            expected = min(int(max(long_enough, many_enough)) + 1, self._budget)
         self._bar.total = max(expected, state.steps)
         pace = (time.monotonic() - self._began) / max(state.steps - self._first, 1)
         remaining = pace * max(expected - state.steps, 0)
         status = (
             f"{state.effective.min():.0f} effective samples, {state.lengths:.0f} of {LENGTHS:.0f} "
-            f"autocorrelation times, R-hat {state.r_hat.max():.3f}, about {duration(remaining)} left"
+            f"autocorrelation times, R-hat {state.r_hat.max():.3f}, at least {duration(remaining)} left"
         )
         self._judged = f"; when last judged: {status}"
         self._bar.set_postfix_str(status)

@@ -125,20 +125,24 @@ def test_sampling_says_in_a_log_how_far_it_is(clock, capsys):
 
 
 @pytest.mark.parametrize(
-    ("tau", "lengths", "left"),
-    [(np.full((2, 1), 10.0), 10, "2 min"), (np.full((2, 1), np.inf), 0, "3 min")],  # of 551 steps; of the budget
+    ("tau", "effective", "lengths", "left"),
+    [
+        (np.full((2, 1), 10.0), 250, 10, "2 min"),  # of 551 steps
+        (np.full((2, 1), np.inf), 250, 0, "3 min"),  # of the budget
+        (np.full((2, 1), 10.0), 105, 10, "3 min"),  # of 953 steps, for 1,000 effective samples
+    ],
 )
-def test_sampling_says_in_a_log_what_was_judged(clock, capsys, tau, lengths, left):
+def test_sampling_says_in_a_log_what_was_judged(clock, capsys, tau, effective, lengths, left):
     from fitting.sample.convergence import Convergence
     from fitting.sample.progress import SamplingBar
 
-    state = Convergence(100, 0, tau, np.array([1.02]), np.array([250.0]))
+    state = Convergence(100, 0, tau, np.array([1.02]), np.array([float(effective)]))
     with SamplingBar(None, 1000) as bar:
         clock[0] = 20.0
         bar.judged(state)
         clock[0] = 40.0
         bar.advance_to(200)
-    judged = f"250 effective samples, {lengths} of 50 autocorrelation times, R-hat 1.020, about {left} left"
+    judged = f"{effective} effective samples, {lengths} of 50 autocorrelation times, R-hat 1.020, at least {left} left"
     line = f"sampling, 40 s: 200 steps of at most 1000; when last judged: {judged}"
     assert capsys.readouterr().err.splitlines() == [line]
 
