@@ -137,8 +137,8 @@ def _check_draws(draws: Draws, study: Study, known: Mapping[str, Known]) -> None
     for name in draws.names:
         if name not in known:
             raise InputError(
-                f"{draws.source}: the model has no number {name!r}, {nearest(name, known)}; or name it "
-                "in [vary] leave_out"
+                f"{draws.source}: the model has no number {name!r}, {nearest(name, known)}; state in [model] "
+                "the alloy, material or model that its fit has, or name it in [vary] leave_out"
             )
         if name in study.inputs or name in study.vary.tolerance:
             raise InputError(

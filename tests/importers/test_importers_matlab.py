@@ -41,6 +41,7 @@ def test_vectors_of_one_length_and_single_numbers_are_a_table_and_its_sizes(save
     is_the_pull(recording)
     assert any("the gauge length is 20 mm, as the file states" in note for note in recording.notices)
     assert any("operator A. B." in note for note in recording.notices)
+    assert any(note == "40 rows of 3 columns, in cells of a sheet" for note in recording.notices)
     assert not checks(recording)
 
 

@@ -235,7 +235,7 @@ def test_a_posterior_of_several_specimens_gives_the_numbers_of_the_one_that_is_m
         problem_of(write, TUBE_POSTERIOR)
     with pytest.raises(InputError, match="posterior_specimen = 3, but .* is of 2"):
         problem_of(write, TUBE_POSTERIOR + "posterior_specimen = 3\n")
-    with pytest.raises(InputError, match="the model has no number 'zero'.* or name it in .vary. leave_out"):
+    with pytest.raises(InputError, match="the model has no number 'zero'.*; state in .model. the alloy, material or model that its fit has, or name it in .vary. leave_out"):
         problem_of(write, TUBE_POSTERIOR + "posterior_specimen = 2\n")
     problem = problem_of(write, TUBE_POSTERIOR + 'posterior_specimen = 2\nleave_out = ["zero"]\n')
     means = dict(zip(problem.inputs.draws.names, problem.inputs.draws.table.mean(axis=0), strict=True))

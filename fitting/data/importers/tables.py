@@ -34,7 +34,7 @@ from .texts import read_texts
 from .words import heading_of
 
 _SEPARATORS = {
-    ",": "commas", ";": "semicolons", "\t": "tabs", "|": "bars", " ": "white space", "": "cells of a sheet",
+    ",": "commas", ";": "semicolons", "\t": "tabs", "|": "bars", " ": "white space",
 }  # fmt: skip
 _CHANGES = re.compile(
     r"\b(?:re-?)?(?:zero(?:ed|ing)?|tared?|balanc(?:ed|ing)|range|gain|scale|units?|calibrat\w*|offset|"
@@ -187,7 +187,8 @@ def _grid_of(lines: _Lines, begin: int, end: int) -> Grid | None:
     if cut := cut_off(lines.page, fields, keep, lines.delimiter, header, lines.decimal):
         notices.append(cut.said)
         keep = keep[:-1] if cut.spoilt else keep
-    described = f"{counted(width, 'column')}, separated by {_SEPARATORS[lines.delimiter]}"
+    apart = f"separated by {_SEPARATORS[lines.delimiter]}" if lines.delimiter else "in cells of a sheet"
+    described = f"{counted(width, 'column')}, {apart}"
     notices = [
         f"{counted(len(keep), 'row')} of {described}",
         *(["decimal commas"] if lines.decimal == "," else []), *notices, *beside,
