@@ -42,7 +42,7 @@ class Fit(SimpleNamespace):
         parameters.add(Parameter("leads", BEST, 0.0, 2.0, unit="ohm", prior=Prior(0.3, 0.6), standard_error=1.0))
         parameters.add(Parameter("stiffness", 1.0, 0.5, 2.0, unit="1", prior=Prior(1.0, 0.05), standard_error=1.0))
         result = SimpleNamespace(parameters=parameters, values=parameters.valuesdict())
-        recordings = [SimpleNamespace(name=name, role="fit") for name in ("a", "b")]
+        recordings = [SimpleNamespace(name=name, role="fit", specimen="one") for name in ("a", "b")]
         one = np.ones(ROWS)
         noise = np.random.default_rng(0).standard_normal(ROWS)
         rows = Rows(one > 0.0, TIME, {}, {"curvature": noise}, {"curvature": one / np.sqrt(2.0)}, {}, {}, np.asarray(1))

@@ -185,7 +185,7 @@ def test_a_fit_without_its_decisions_takes_the_place_of_one_that_keeps_them(monk
 
     def fit(cost, known=True):
         result = SimpleNamespace(chi_square=cost, success=True, reduced_chi_square=cost)
-        own = SimpleNamespace(known=known)
+        own = SimpleNamespace(known=known, found=1.0)
         own.fitted_with = lambda: (result, fit(after[cost])[1] if cost in after else own)
         own.ended = cost
         return result, own

@@ -138,10 +138,10 @@ def test_a_slip_that_is_hardly_told_from_another_one_names_both(column, factor, 
     assert misread.units_of(column, factor) == units
 
 
-def asked_of_wires(column, factor):
-    """What is asked of two shipped wires after a column of both was scaled."""
+def asked_of_wires(column, factor, count=2):
+    """What is asked of the first shipped recordings of a wire after a column of each was scaled."""
     campaign = read_campaign(TUBE.parent / "wire")
-    recordings = [scaled(recording, column, factor) for recording in campaign.recordings[:2]]
+    recordings = [scaled(recording, column, factor) for recording in campaign.recordings[:count]]
 
     def build(recordings, like=None) -> Program:
         return Program.of(dataclasses.replace(campaign, recordings=list(recordings)), "wire", [], like=like)
@@ -232,7 +232,7 @@ def test_a_slip_that_leaves_a_gross_misfit_is_none(asked, power):
 @pytest.mark.parametrize("slip", [0.1, 0.01])
 def test_a_slip_in_a_temperature_is_found(slip):
     """A wire's nominal transition temperature is read off its recordings; it changes with their unit."""
-    found = asked_of_wires("temperature_degC", slip)
+    found = asked_of_wires("temperature_degC", slip, count=5)
     assert found.column == "temperature_degC" and found.factor == pytest.approx(1.0 / slip)
     assert found.recordings == () and found.after < 0.05
 
