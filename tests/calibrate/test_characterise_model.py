@@ -270,6 +270,7 @@ def cold_and_moving():
     return Campaign("c", [cold, moving], False), Augmented("spring", AugmentedModel(added=(absent,)))
 
 
+@pytest.mark.slow
 def test_the_information_of_a_spring_with_effects_is_that_of_its_residuals(cold_and_moving):
     """Its trajectory ends within a tolerance, so differences of predictions tell far too much (errors 50 times too
     small in one campaign, where the truth was 60 of them off)."""
@@ -302,6 +303,7 @@ def test_a_steady_fraction_takes_few_degrees_of_freedom_and_a_moving_one_all(col
     assert augmented.observations(values, rows) == sum(one.observations for one in rows) - round(taken.sum())
 
 
+@pytest.mark.slow
 def test_degrees_of_freedom_are_those_at_the_constants_that_were_found(cold_and_moving):
     """From a start half a percent off, half of a cold spring's readings were not counted, even where the fit left it."""
     campaign, augmented = cold_and_moving

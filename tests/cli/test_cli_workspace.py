@@ -191,6 +191,7 @@ def test_options_without_a_use_are_told(run, tmp_path):
     assert "--seed has" not in result.output
 
 
+@pytest.mark.slow
 def test_what_a_model_adds_and_where_it_is_not_at_home_is_said(run, contact_model, tmp_path):
     model = contact_model("pneusma1", 0.01)
     used = ("workspace", "--model", model, *COARSE, "--out", tmp_path / "out")

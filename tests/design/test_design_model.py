@@ -66,6 +66,7 @@ def load_stiffened():
     return pj.silicone.RegularisedSilicone(**{**vars(law), "stiffness": 0.9 * float(law.stiffness)})
 
 
+@pytest.mark.slow
 def test_effects_act_in_states_with_exact_derivatives(tmp_path):
     study = read_study(written(tmp_path))
     model = Model(study, plan_of(*(one[0] for one in (study.designs, study.alloys, study.materials)), study.model))

@@ -229,6 +229,7 @@ def test_a_slip_that_leaves_a_gross_misfit_is_none(asked, power):
     assert asked(stiff) is None
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("slip", [0.1, 0.01])
 def test_a_slip_in_a_temperature_is_found(slip):
     """A wire's nominal transition temperature is read off its recordings; it changes with their unit."""

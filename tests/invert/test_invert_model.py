@@ -21,6 +21,7 @@ def path(contact_model):
     return contact_model("pneuflex_s", 0.002, SIZES)
 
 
+@pytest.mark.slow
 def test_drives_of_a_model_give_the_target_in_its_simulation(path):
     model = load_model(path)
     inverse = Inverse("pneuflex_s", Limits((0.0, 50e3)), model=model)

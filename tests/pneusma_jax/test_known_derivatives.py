@@ -90,6 +90,7 @@ def bends():
     return (ends[0] - 8.0 * ends[1] + 8.0 * ends[2] - ends[3]) / (12.0 * h)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("inside", [False, True])
 def test_second_derivatives_of_rows(inside, bends):
     """A rule of `jax.custom_jvp` was dropped in them, inside of a loop: entries were off by up to a quarter."""
@@ -102,6 +103,7 @@ def test_second_derivatives_of_rows(inside, bends):
         np.testing.assert_allclose(found - np.diag(np.diag(found)), 0.0, atol=1e-16)
 
 
+@pytest.mark.slow
 def test_derivatives_by_one_number_of_those_by_another():
     pressure, xi0 = PRESSURE[:3], XI0[:3]
     mixed = lambda times: jnp.sum(jax.grad(squares)(pressure, xi0, times))  # noqa: E731

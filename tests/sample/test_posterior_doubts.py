@@ -62,6 +62,7 @@ def judged(fit, converged=True):
     return SimpleNamespace(posterior=posterior, converged=converged, problem=SimpleNamespace(fit=fit))
 
 
+@pytest.mark.slow
 def test_a_posterior_of_a_misfit_begins_with_the_first_sentence_of_its_fit(crept, tmp_path):
     """Draws agreed with the fit 98 standard deviations from the truth, and the report said that errors hold."""
     sampled = posterior_of(crept, seed=1, progress=False, sampler="emcee", ensembles=2, max_steps=40)

@@ -75,6 +75,7 @@ def horizontal(tmp_path_factory):
     return str(path)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("slug", SLUGS)
 def test_four_commands_give_one_state(slug, horizontal):
     model = model_with({slug})
