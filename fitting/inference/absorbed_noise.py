@@ -53,43 +53,53 @@ def with_absorbed(series: Sequence[np.ndarray], directions: Sequence[np.ndarray]
         return Absorbed(float(rank), 1.0)
     blocks = np.split(left[:, :rank], np.cumsum([len(s) for s in series])[:-1])
     observed, (time, window) = lag_one(series), windowed_correlation(series)
+    sums = _Sums(blocks, (0, 1, window))
 
     def departure(memory: float) -> float:
         """Correlation of neighbours in residuals of such noise, less the one that is seen."""
-        _, after = _sums(blocks, memory, (0, 1))
+        _, after = sums(memory)
         return float((after[1] - after[0]) / (2.0 * after[0])) - observed
 
     memory = 0.0
     if departure(0.0) < 0.0:
         memory = MOST if departure(MOST) < 0.0 else float(optimize.brentq(departure, 0.0, MOST, xtol=1e-3))
-    before, after = _sums(blocks, memory, (0, window))
-    square, whole = before / np.maximum(after, np.finfo(float).tiny)
+    before, after = sums(memory)
+    square, whole = (before / np.maximum(after, np.finfo(float).tiny))[[0, 2]]
     return Absorbed(max(float(square), 1.0), float(np.clip(time * whole / square, 1.0, most)))
 
 
-def _sums(
-    blocks: Sequence[np.ndarray], memory: float, lags: Sequence[int]
-) -> tuple[np.ndarray, np.ndarray]:
+class _Sums:
     """Expected sums of products of samples at most some lags apart: of noise, and of its residuals.
 
     Args:
         blocks: orthonormal directions of the fit in the rows of each recording, each of shape (n_i, k).
-        memory: correlation of neighbours in noise of unit variance.
         lags: numbers of rows.
-
-    Returns:
-        Two arrays of one sum for each of the lags.
     """
-    noise = sum(_all_pairs(len(block), memory, lags) for block in blocks)
-    spread = [_convolved(block, memory ** np.arange(len(block))) for block in blocks]
-    own = sum(block.T @ slow for block, slow in zip(blocks, spread, strict=True))
-    left = []
-    for lag, whole in zip(lags, noise, strict=True):
-        near = [_convolved(block, (np.arange(len(block)) <= lag).astype(float)) for block in blocks]
-        cross = sum(float(np.sum(a * b)) for a, b in zip(near, spread, strict=True))
-        both = sum(block.T @ one for block, one in zip(blocks, near, strict=True))
-        left.append(whole - 2.0 * cross + float(np.sum(both * own)))
-    return noise, np.array(left)
+
+    def __init__(self, blocks: Sequence[np.ndarray], lags: Sequence[int]):
+        self._blocks, self._lags = blocks, lags
+        self._near = [
+            [_convolved(block, (np.arange(len(block)) <= lag).astype(float)) for block in blocks]
+            for lag in lags
+        ]
+        self._both = [
+            sum(block.T @ one for block, one in zip(blocks, near, strict=True)) for near in self._near
+        ]
+
+    def __call__(self, memory: float) -> tuple[np.ndarray, np.ndarray]:
+        """One sum for each of the lags, of noise and of its residuals.
+
+        Args:
+            memory: correlation of neighbours in noise of unit variance.
+        """
+        noise = sum(_all_pairs(len(block), memory, self._lags) for block in self._blocks)
+        spread = [_convolved(block, memory ** np.arange(len(block))) for block in self._blocks]
+        own = sum(block.T @ slow for block, slow in zip(self._blocks, spread, strict=True))
+        left = []
+        for whole, near, both in zip(noise, self._near, self._both, strict=True):
+            cross = sum(float(np.sum(a * b)) for a, b in zip(near, spread, strict=True))
+            left.append(whole - 2.0 * cross + float(np.sum(both * own)))
+        return noise, np.array(left)
 
 
 def _all_pairs(count: int, memory: float, lags: Sequence[int]) -> np.ndarray:

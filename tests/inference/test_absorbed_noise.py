@@ -5,7 +5,7 @@ import pytest
 from scipy.linalg import toeplitz
 from scipy.signal import lfilter
 
-from fitting.inference.absorbed_noise import Absorbed, _sums, with_absorbed
+from fitting.inference.absorbed_noise import Absorbed, _Sums, with_absorbed
 from fitting.inference.noise import correlation_time
 
 SIZES = (80, 80, 60)
@@ -40,7 +40,7 @@ def test_sums_are_those_of_the_whole_covariance(memory, lag):
         noise[a:b, a:b] = toeplitz(memory ** np.arange(b - a))
         near[a:b, a:b] = toeplitz(np.arange(b - a) <= lag)
     keep = np.eye(sum(SIZES)) - q @ q.T
-    before, after = _sums(blocks, memory, (lag,))
+    before, after = _Sums(blocks, (lag,))(memory)
     assert before[0] == pytest.approx(np.sum(near * noise))
     assert after[0] == pytest.approx(np.sum(near * (keep @ noise @ keep)))
 
