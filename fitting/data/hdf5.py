@@ -6,8 +6,6 @@ with a digest is checked before. A file without one is first read to its end by 
 
 import functools
 import io
-import subprocess
-import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -16,6 +14,7 @@ from typing import Any
 from pneusma_jax.errors import InputError, reason_of
 from pneusma_jax.late import Late
 
+from .first_reading import status_of_reading
 from .sealed import check_seal, remains
 
 h5py = Late("h5py")
@@ -34,8 +33,6 @@ READ_S = 5.0
 """Maximum time to read a small file in a process of its own [s]. Files of this project take 0.01 s."""
 BYTES_PER_S = 10e6
 """Minimum speed of a disk from which a large file is read [B/s]."""
-START_S = 120.0
-"""Maximum time in which that process starts [s]. It takes 0.5 s here, and minutes on a slow shared disk."""
 READER = Path(__file__).with_name("hdf5_walk.py")
 
 
@@ -112,12 +109,7 @@ def _fault_in(path: str, size: int, changed: int) -> str:
 
 
 def _fault_of(path: str, size: int, content: bytes) -> str:
-    seconds = READ_S + size / BYTES_PER_S
-    words = [sys.executable, "-P", str(READER), path, f"{seconds:g}"]
-    try:
-        done = subprocess.run(words, input=content, capture_output=True, timeout=START_S + seconds)
-    except (OSError, subprocess.TimeoutExpired):
-        return ""  # no process can start here, so none has found a fault
-    if not done.stdout or not done.returncode:
+    status = status_of_reading(READER, [path], READ_S + size / BYTES_PER_S, content)
+    if not status:
         return ""
-    return "reading it does not end" if done.returncode > 0 else "reading it ends the process that does"
+    return "reading it does not end" if status > 0 else "reading it ends the process that does"

@@ -8,8 +8,6 @@ writes as a structure with time is one table. Objects of MATLAB, such as its tab
 """
 
 import io
-import subprocess
-import sys
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -20,6 +18,7 @@ import numpy as np
 from pneusma_jax.errors import reason_of
 from pneusma_jax.late import Late
 
+from ..first_reading import status_of_reading
 from ..hdf5 import SIGNATURE, opened
 from ..recordings.table import unusable
 
@@ -34,8 +33,6 @@ DEEPEST = 20
 """Maximum depth of structures in structures. Files of laboratories have up to five."""
 MOST_CELLS = 30_000_000
 """Maximum number of numbers in a file that become cells. A text of as many has 300 MB."""
-START_S = 120.0
-"""Maximum time in which a process starts that reads a file first [s], as for HDF5 files."""
 READ_S, BYTES_PER_S = 5.0, 5e6
 """Time to read a small file [s], and least speed of a large one [B/s]. Files of 10 MB take 0.2 s."""
 READER = Path(__file__).with_name("matlab_walk.py")
@@ -122,13 +119,7 @@ def _variables(path: Path, content: bytes) -> dict[str, Any]:
 
 def _fault(content: bytes) -> str:
     """Reason why the library does not read a file in bounded time and memory; empty if it does."""
-    seconds = READ_S + len(content) / BYTES_PER_S
-    words = [sys.executable, "-P", str(READER), f"{seconds:g}"]
-    try:
-        done = subprocess.run(words, input=content, capture_output=True, timeout=START_S + seconds)
-    except (OSError, subprocess.TimeoutExpired):
-        return ""  # no process can start here, so none has found a fault
-    if not done.stdout or not done.returncode:
+    if not status_of_reading(READER, [], READ_S + len(content) / BYTES_PER_S, content):
         return ""
     return "reading it takes too long or too much memory"
 
