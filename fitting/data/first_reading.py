@@ -13,7 +13,7 @@ def status_of_reading(reader: Path, arguments: Sequence[str], seconds: float, co
     """Exit status of a reader; 0 where no process can start here, so that none has found a fault.
 
     Args:
-        reader: script that prints a line before it begins. Its last argument is the time that it may take [s].
+        reader: script that prints a line before it begins. Its last argument is the time that it has [s].
         arguments: those before it.
         seconds: that time.
         content: what it reads from standard input.
