@@ -11,6 +11,7 @@ import numpy as np
 from jaxtyping import Array
 
 from ..late import optimistix as optx
+from ..numerics.implicit_root import OneUnknown
 from ..numerics.newton import BoundedNewton
 from ..numerics.safe import as_array, as_numpy, is_concrete, namespace_of
 
@@ -126,8 +127,9 @@ def _slope_at(gamma: Array, initial: Array, index: Array, poisson_ratio: Array) 
 
     begin = (initial + index * gamma)[None]
     found = optx.root_find(
-        excess, BoundedNewton(longest=jnp.inf), begin, given, max_steps=MOST_STEPS, throw=False
-    )
+        excess, BoundedNewton(longest=jnp.inf), begin, given, max_steps=MOST_STEPS, adjoint=OneUnknown(),
+        throw=False,
+    )  # fmt: skip
     off = jnp.abs(excess(found.value[0], given))
     return jnp.where(off <= 1e-9 * (1.0 + jnp.abs(gamma)), found.value[0], jnp.nan)
 

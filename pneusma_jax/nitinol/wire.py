@@ -17,6 +17,7 @@ from jaxtyping import Array, Int
 
 from ..calibration import Calibration, load_calibration
 from ..late import optimistix as optx
+from ..numerics.implicit_root import OneUnknown
 from ..numerics.newton import BoundedNewton
 from ..numerics.safe import as_array, is_concrete, safe_divide
 from ..pipeline import PLAIN, Pipeline
@@ -255,7 +256,7 @@ def _refined_root(f: Callable, low: Array, high: Array) -> tuple[Array, Array]:
     place = lambda share: low + share * (high - low)  # noqa: E731
     found = optx.root_find(
         lambda share, _: f(place(share[0]))[None] / (high - low), BoundedNewton(), jnp.full(1, 0.5),
-        options={"free": 0}, max_steps=MOST_STEPS, throw=False,
+        options={"free": 0}, max_steps=MOST_STEPS, adjoint=OneUnknown(), throw=False,
     )  # fmt: skip
     good = jnp.asarray(found.result == optx.RESULTS.successful)
     return place(found.value[0]), good.astype(low.dtype)

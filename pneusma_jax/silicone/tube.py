@@ -5,6 +5,7 @@ import jax.numpy as jnp
 from jaxtyping import Array
 
 from ..late import optimistix as optx
+from ..numerics.implicit_root import OneUnknown
 from ..precision import require_float64
 from .laws import SiliconeLaw
 
@@ -37,7 +38,8 @@ def tube_strain(
     solver = optx.Bisection(rtol=1e-14, atol=1e-14, flip=False)
     options = dict(lower=LEAST, upper=MOST)
     found = optx.root_find(
-        balance, solver, jnp.asarray(0.1), None, options=options, max_steps=200, throw=False
+        balance, solver, jnp.asarray(0.1), None, options=options, max_steps=200, adjoint=OneUnknown(),
+        throw=False,
     )
     held = (balance(jnp.asarray(LEAST), None) < 0.0) & (balance(jnp.asarray(MOST), None) > 0.0)
     held = held & (found.result == optx.RESULTS.successful)

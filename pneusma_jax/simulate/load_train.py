@@ -9,6 +9,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, PyTree
 
 from ..late import optimistix as optx
+from ..numerics.implicit_root import OneUnknown
 from ..numerics.newton import BoundedNewton
 
 STEPS = 7
@@ -44,4 +45,7 @@ def strain_in_train(
 
     recorded = jnp.asarray(recorded, float)
     numbers = given, recorded, compliance, stiffening
-    return optx.root_find(missed, METHOD, recorded[None], numbers, max_steps=STEPS, throw=False).value[0]
+    found = optx.root_find(
+        missed, METHOD, recorded[None], numbers, max_steps=STEPS, adjoint=OneUnknown(), throw=False
+    )
+    return found.value[0]
