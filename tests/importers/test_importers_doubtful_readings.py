@@ -2,12 +2,14 @@
 
 import re
 from datetime import datetime, timedelta
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from answers import checks
 
 from fitting.data.importers import import_file, make_options
+from fitting.data.importers.doubtful_readings import _Course, _question_first
 
 N = 60
 TIME = 0.5 * np.arange(N)
@@ -172,10 +174,16 @@ def test_a_spring_whose_position_begins_elsewhere_is_asked_about(put):
 
 
 def test_neither_noise_nor_a_step_nor_a_turn_is_a_first_row_before_the_test(put):
-    noise = np.random.default_rng(7)
-    for _ in range(200):
-        at_rest = 0.02 + 0.001 * noise.standard_normal(20)
-        assert not first_row(put, np.concatenate([at_rest, ON]))
+    noise, said = np.random.default_rng(7), []
+    making = SimpleNamespace(warn=said.append, keep_rows=lambda *_: "")
+    for k in range(200):
+        position = np.concatenate([0.02 + 0.001 * noise.standard_normal(20), ON]).round(5)
+        if k < 3:  # a file takes 30 ms
+            assert not first_row(put, position)
+        _question_first(_Course("strain", "stress", "kPa", position, position, np.arange(len(position)) + 2), making)
+    assert not said
+    _question_first(_Course("strain", "stress", "kPa", np.append(0.113, ON), np.append(0.113, ON), np.arange(61) + 2), making)
+    assert len(said) == 1
     assert not first_row(put, np.concatenate([[0.0], 0.5 + 1e-4 * np.arange(60)]))  # loaded at once, then held
     assert not first_row(put, np.concatenate([[0.023, 0.018], ON[1:]]))  # half a step
     quantum = 0.02 + 5e-4 * np.array([1, 0, 0, 0, 0, 0, 0, 1, 0, 0])

@@ -8,7 +8,7 @@ import pytest
 import scipy.io
 from answers import checks, refusal
 
-from fitting.data.importers import import_file, import_tests, make_options, raw_files
+from fitting.data.importers import import_file, import_tests, make_options, matlab, raw_files
 from fitting.data.importers.matlab import _plain, _sheets, sheets_of
 from pneusma_jax.errors import InputError
 
@@ -18,12 +18,21 @@ SIZES = {"gauge_length_mm": 20.0, "area_mm2": 4.0}
 
 
 @pytest.fixture
-def save(tmp_path):
-    def write(variables, **options):
+def write(tmp_path):
+    """Writes variables as a file of MATLAB."""
+
+    def written(variables, **options):
         path = tmp_path / "a.mat"
         scipy.io.savemat(path, variables, **options)
         return path
 
+    return written
+
+
+@pytest.fixture
+def save(write, monkeypatch):
+    """The same of a file that is whole: no process reads it first, which takes 0.35 s."""
+    monkeypatch.setattr(matlab, "status_of_reading", lambda *_: 0)
     return write
 
 
@@ -216,9 +225,9 @@ def test_single_precision_is_written_with_the_digits_that_it_has(save):
 
 
 @pytest.mark.parametrize("seed", range(10))
-def test_a_damaged_file_is_read_or_refused_in_one_line(save, seed):
+def test_a_damaged_file_is_read_or_refused_in_one_line(write, seed):
     rng = np.random.default_rng(seed)
-    path = save({"slow": PULL | SIZES}, do_compression=bool(seed % 2))
+    path = write({"slow": PULL | SIZES}, do_compression=bool(seed % 2))
     content = bytearray(path.read_bytes())
     for at in rng.integers(128, len(content), 3):
         content[at] = int(rng.integers(256))
@@ -227,6 +236,14 @@ def test_a_damaged_file_is_read_or_refused_in_one_line(save, seed):
         import_file(path, make_options())
     except InputError as error:
         assert "\n" not in str(error)
+
+
+def test_a_file_that_a_first_reading_does_not_end_is_refused(write, monkeypatch, tmp_path):
+    path = write(PULL | SIZES)
+    is_the_pull(import_file(path, make_options()))
+    (tmp_path / "reader.py").write_text("import sys\nprint('ready', flush=True)\nsys.exit(1)\n")
+    monkeypatch.setattr(matlab, "READER", tmp_path / "reader.py")
+    assert "reading it takes too long or too much memory" in refusal(path)
 
 
 def test_a_folder_leaves_a_file_of_settings_aside_and_imports_the_others(save, tmp_path):
