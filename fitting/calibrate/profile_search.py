@@ -7,6 +7,9 @@ so, too (F. James and M. Roos, Comput. Phys. Commun. 10 (1975) 343).
 Then the search goes on in the same way to the end of the 99 % interval or further. What lies between may be a
 valley that bends, or another one: a parabola that holds up to 90 % says nothing about it. A constant that can
 make itself ineffective has a plateau beyond. One as wide as the prior counts although it lies high.
+
+A hump may hide such a plateau, or another valley. Straight lines see across it (`profile_lines`), and the
+search goes on from what they see.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -21,6 +24,7 @@ from fitting.inference.parameters import Parameter
 from pneusma_jax.errors import InputError, nearest
 
 from .profile_likelihood import ALIKE, FADED, NEAR, RISES, WIDTH_90, WIDTH_99, Profile
+from .profile_lines import Misfit, lowest_seen, places_of
 
 MOST = 9
 """Fits on one side of a parameter up to the end of the 90 % interval, at most."""
@@ -47,8 +51,12 @@ GAINS = 0.1
 """Least fall of chi-square in one turn to go on for; it moves the end of a 90 % interval by 2 %."""
 FAR = 2.0
 """Root of the rise over that of 99 % from which a fit does not go on: it decides about no end."""
+CROSSED = 4
+"""Most times that a search goes on behind a hump, for each constant."""
 FIRST = 0.25
 """First step of a parameter at a bound, which has no error: a share of its prior's standard deviation."""
+SAME_PLACE = 1e-3
+"""Relative difference of two distances from the fit that are one place."""
 HALF = float(np.sqrt(RISES[50] / RISES[90]))
 """Place of the 50 % interval's end on the way to that of 90 %, of a parabola."""
 
@@ -78,6 +86,12 @@ class _Side:
     values: list[Mapping[str, float]]
     stopped: list[bool] = field(default_factory=lambda: [False])
 
+    def forget(self, distance: float) -> None:
+        """Drop a point at a distance, if there is one."""
+        for k in np.flatnonzero(np.isclose(distance, self.distance, rtol=SAME_PLACE, atol=0.0))[::-1]:
+            for series in (self.distance, self.root, self.rise_by_data, self.values, self.stopped):
+                del series[k]
+
 
 def profile_likelihoods(
     names: Sequence[str],
@@ -89,6 +103,7 @@ def profile_likelihoods(
     rises_per_sd: Mapping[str, float] | None = None,
     progress: Callable[[str], None] = lambda _: None,
     leave: bool = False,
+    misfit: Misfit | None = None,
 ) -> dict[str, Profile]:
     """Profile likelihoods: from the best fit outwards, each point begun at its neighbour's.
 
@@ -105,6 +120,7 @@ def profile_likelihoods(
         rises_per_sd: rise of chi-square that counts as one standard deviation, 1 where nobody says more.
         progress: called with the name of each parameter that begins.
         leave: true to end with the first profile that falls below the fit: who asks begins anew there.
+        misfit: chi-square as `fit` counts it, without a fit; None does not look across humps.
 
     Returns:
         By parameter.
@@ -137,6 +153,7 @@ def profile_likelihoods(
             least,
             rise_per_sd,
             work,
+            misfit,
         )
         found[name] = search.profile()
         if leave and found[name].below > ALIKE:
@@ -196,10 +213,12 @@ class _Search:
     least: FitResult
     rise_per_sd: float
     work: _Work
+    misfit: Misfit | None = None
 
     def profile(self) -> Profile:
         """Both sides as one profile."""
         sides = {side: self._side(side) for side in (-1.0, 1.0)}
+        self._cross_humps(sides)
         if any(self._bent(found) for found in sides.values()):
             for side, found in sides.items():
                 self._halve(found, side)
@@ -230,7 +249,7 @@ class _Search:
     def _side(self, side: float) -> _Side:
         """Points of one side, until the end of the 90 % interval is passed or the bound is reached."""
         entry, limit = self.entry, float(np.sqrt(self.rise_per_sd)) * WIDTH_90
-        room = entry.max - entry.value if side > 0.0 else entry.value - entry.min
+        room = self._room(side)
         found = _Side([0.0], [0.0], [0.0], [self.values])
         expected = limit * entry.standard_error if entry.standard_error else FIRST * entry.prior.sd
         wanted = expected
@@ -249,6 +268,43 @@ class _Search:
         if len(found.root) > 1:
             self._further(found, side, room)
         return found
+
+    def _room(self, side: float) -> float:
+        """Distance of the bound on one side."""
+        return self.entry.max - self.entry.value if side > 0.0 else self.entry.value - self.entry.min
+
+    def _cross_humps(self, sides: Mapping[float, _Side]) -> None:
+        """Go on from places at which a straight line is lower than the profile that was found."""
+        for _ in range(CROSSED if self.misfit is not None else 0):
+            if self.work.over() or any(min(found.root) < -np.sqrt(ALIKE) for found in sides.values()):
+                return
+            seen = lowest_seen(self.name, self._lines(sides), self._known_chi_squares(sides), self.misfit)
+            if seen is None:
+                return
+            away = seen[self.name] - self.entry.value
+            side = float(np.sign(away))
+            if not self._add(sides[side], side, abs(away), seen):
+                return
+            self._further(sides[side], side, self._room(side))
+
+    def _lines(self, sides: Mapping[float, _Side]) -> list[Mapping[str, float]]:
+        """The fit, and the outermost low point of each side on which the profile is no parabola."""
+        limit, lines = float(np.sqrt(self.rise_per_sd)) * self._height, [self.values]
+        for found in sides.values():
+            if self._bent(found):
+                lines.append(found.values[max(k for k, root in enumerate(found.root) if root < limit)])
+        return lines
+
+    def _known_chi_squares(self, sides: Mapping[float, _Side]) -> dict[float, float]:
+        """Chi-square that a line must be lower than to be followed, by place of the constant."""
+        places, known, most = places_of(self.entry), {}, self.rise_per_sd * self._height**2
+        for side, found in sides.items():
+            away = side * (places - self.entry.value)
+            known |= {float(x): found.root[-1] ** 2 for x in places[away > found.distance[-1]]}
+            points = list(zip(found.distance, found.root, strict=True))[1:]
+            known |= {self.entry.value + side * d: root * abs(root) for d, root in points}
+        least = self.least.chi_square - GAINS * self.rise_per_sd
+        return {place: least + min(rise, most) for place, rise in known.items()}
 
     @property
     def _height(self) -> float:
@@ -289,7 +345,7 @@ class _Search:
     def _halve(self, found: _Side, side: float) -> None:
         """One more point where the 50 % interval may end, if there is none near that."""
         limit = float(np.sqrt(self.rise_per_sd)) * WIDTH_90
-        end = float(np.interp(limit, np.maximum.accumulate(found.root), found.distance))
+        end = float(np.interp(limit, _lowest_outwards(found.root), found.distance))
         near = any(0.2 * end < d < 0.7 * end for d in found.distance)
         if end > 0.0 and min(found.root) >= 0.0 and not near and not self.work.over():
             self._add(found, side, HALF * end)
@@ -298,7 +354,7 @@ class _Search:
         self, found: _Side, limit: float, room: float, over: float = NEAR, least: float = GROWTH[0]
     ) -> float | None:
         """Next place to fit on a side; None if its end is known: a root is near the limit, or `over` it."""
-        root = np.maximum.accumulate(found.root)
+        root = _lowest_outwards(found.root)
         if np.any((root > (1.0 - NEAR) * limit) & (root < (1.0 + over) * limit)):
             return None
         inside = [k for k in range(len(root)) if root[k] < limit]
@@ -312,12 +368,18 @@ class _Search:
         inside = INSIDE * (high - low)  # a jump between the two would keep a secant at one of them
         return float(np.clip(secant, low + inside, high - inside))
 
-    def _add(self, found: _Side, side: float, distance: float) -> bool:
-        """Fit with the parameter held there; False where the model has no answer."""
+    def _add(
+        self, found: _Side, side: float, distance: float, seen: Mapping[str, float] | None = None
+    ) -> bool:
+        """Fit with the parameter held there, from what a line has `seen` or from neighbours.
+
+        Returns:
+            False where the model has no answer.
+        """
         name, value = self.name, self.entry.value + side * distance
         nearest_ = int(np.argmin(np.abs(np.array(found.distance) - distance)))
         at = found.values[nearest_]
-        starts = [self._ahead(found, nearest_, distance, value), at]
+        starts = [self._ahead(found, nearest_, distance, value), at] if seen is None else [seen]
         result = self._to_the_end(_lowest(starts, lambda begin: self.fit(begin, {name: value})), value)
         if self.again is not None and (result is None or not _ended(result)):
             other = self.again(at if result is None else result.values, {name: value})
@@ -328,6 +390,8 @@ class _Search:
             )
         if result is None:
             return False
+        if seen is not None:
+            found.forget(distance)
         rise = result.chi_square - self.least.chi_square
         k = int(np.searchsorted(found.distance, distance))
         found.distance.insert(k, abs(result.values.get(name, value) - self.entry.value) or distance)
@@ -367,7 +431,12 @@ class _Search:
 
 def _known(found: _Side, wanted: float) -> bool:
     """True if a fit has been made at that distance."""
-    return any(np.isclose(wanted, d, rtol=1e-3, atol=0.0) for d in found.distance)
+    return any(np.isclose(wanted, d, rtol=SAME_PLACE, atol=0.0) for d in found.distance)
+
+
+def _lowest_outwards(root: Sequence[float]) -> np.ndarray:
+    """Roots of a side as intervals see them: what lies further out and lower counts, see `Profile`."""
+    return np.minimum.accumulate(np.array(root)[::-1])[::-1]
 
 
 def _lowest(

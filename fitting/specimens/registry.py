@@ -130,6 +130,12 @@ def _predictor_of(model: Model) -> Callable[[Mapping[str, Array], Rows], dict[st
 
 
 @functools.cache
+def misfit_of(model: Model) -> Callable[[Mapping[str, Array], Rows], Float[Array, "recordings m"]]:
+    """Compiled misfit of predicted outputs of a stack, `misfit(found, stacked)`; see `Model.misfit`."""
+    return jax.jit(jax.vmap(model.misfit))
+
+
+@functools.cache
 def drivers_of(model: Model) -> Callable[[Mapping[str, Array], Rows], dict[str, Array]]:
     """Compiled drivers of a stack of recordings under a model: `drivers(values, stacked)`; see
     `Specimen.answer`."""

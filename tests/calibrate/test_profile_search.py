@@ -8,7 +8,7 @@ from scipy.optimize import minimize_scalar
 from scipy.stats import chi2
 
 from fitting.calibrate.profile_likelihood import RISES, WIDTH_90, Profile
-from fitting.calibrate.profile_search import BEYOND, FITS, LONGER, MOST, profile_likelihoods
+from fitting.calibrate.profile_search import BEYOND, CROSSED, FITS, LONGER, MOST, profile_likelihoods
 from fitting.calibrate.profiled_fits import RENEWALS, lowest_point, to_the_end
 from fitting.calibrate.quoted import estimate, merely_prior
 from fitting.inference.least_squares import Status
@@ -22,6 +22,7 @@ class Problem:
 
     def __init__(self, chi_square, sd=1.0, told=None, low=-50.0, high=50.0, x=0.0, prior=10.0, stuck=lambda x: False):
         self.chi_square, self.told, self.stuck, self.calls = chi_square, told or chi_square, stuck, 0
+        self.looked = 0
         self.parameters = Parameters()
         self.parameters.add("x", x, min=low, max=high, prior=Prior(0.0, prior, low, high))
         self.parameters.add("y", 0.0, prior=Prior(0.0, 10.0))
@@ -38,10 +39,16 @@ class Problem:
             chi_square=found, success=not self.stuck(x), values={"x": x, "y": y}, residual=np.sqrt([max(told, 0.0)])
         )
 
-    def profile(self, again=None, rises_per_sd=None):
+    def misfit(self, values):
+        self.looked += 1
+        return self.chi_square(values["x"], values["y"])
+
+    def profile(self, again=None, rises_per_sd=None, looks=False):
         sd = self.parameters["x"].standard_error
         errors = Uncertainty({}, ("x",), np.array([[sd**2]]), np.eye(1), ()) if sd else Uncertainty.none(["x"])
-        return profile_likelihoods(["x"], self.parameters, self.values, errors, self.fit, again, rises_per_sd)["x"]
+        across = {"misfit": self.misfit} if looks else {}
+        known = self.parameters, self.values, errors, self.fit
+        return profile_likelihoods(["x"], *known, again, rises_per_sd, **across)["x"]
 
 
 def test_a_parabola_takes_two_fits_on_each_side():
@@ -111,6 +118,39 @@ def test_a_plateau_above_the_rise_of_99_per_cent_counts_if_it_is_wide():
     wanted = known_interval(high_plateau, 90)
     assert wanted[1] > 2.5 * WIDTH_90 and found.interval(RISES[90])[1] == pytest.approx(WIDTH_90, rel=0.05)
     np.testing.assert_allclose(found.quoted(90), wanted, rtol=0.25)  # a few points tell of the far side
+
+
+def behind_a_hump(x, side=1.0):
+    """A notch of width 1 at 0, a hump of 40 at 6, and from 8 on a plateau that lies 3 higher and only the prior
+    ends."""
+    x = side * np.asarray(x)
+    return np.minimum(x**2, np.where(x > 8.0, 3.0, 40.0)) + (x / 10.0) ** 2
+
+
+@pytest.mark.parametrize("side", (-1.0, 1.0))
+def test_a_plateau_behind_a_hump_is_seen_by_a_line_and_belongs_to_the_interval(side):
+    """It holds two thirds of the density. A search that ends at the hump quotes a tenth of the interval."""
+    problem = Problem(lambda x, y: float(behind_a_hump(x, side)) + (y - 0.1 * x) ** 2, low=-30.0, high=30.0)
+    ends = np.sort(np.abs(problem.profile().quoted(90)))
+    np.testing.assert_allclose(ends, WIDTH_90, rtol=0.1)
+    found = problem.profile(looks=True)
+    wanted = known_interval(lambda x: behind_a_hump(x, side), 90, -30.0, 30.0)
+    far = max(side * np.array(wanted))
+    assert far > 10.0 and found.curved
+    assert max(side * np.array(found.quoted(90))) == pytest.approx(far, rel=0.15)
+
+
+def test_lines_that_see_nothing_lower_cost_no_fit():
+    parabola = {"chi_square": lambda x, y: 7.0 + (x / 2.0) ** 2 + (y - x) ** 2, "sd": 2.0}
+    without, looking = Problem(**parabola), Problem(**parabola)
+    assert without.profile().quoted(90) == looking.profile(looks=True).quoted(90)
+    assert looking.calls == without.calls and 0 < looking.looked < 20
+
+
+def test_a_fit_that_ends_higher_than_its_line_is_tried_a_few_times_only():
+    problem = Problem(lambda x, y: float(behind_a_hump(x)) + (y - 0.1 * x) ** 2, stuck=lambda x: x > 7.0)
+    found = problem.profile(looks=True)
+    assert problem.calls <= 2 + 2 * (MOST + BEYOND) + CROSSED * (1 + BEYOND) and np.isfinite(found.rise).all()
 
 
 def test_a_direction_that_nothing_tells_is_the_prior_and_is_said_to_be():

@@ -15,7 +15,7 @@ from fitting.inference.lasting_noise import Size
 from fitting.inference.least_squares import FitResult, Status, fit_least_squares
 from fitting.inference.noise import correlation_time, inflation_of
 from fitting.inference.parameters import Parameter, Parameters
-from fitting.specimens import Model, Rows, derivative_of, predictor_of, specimen_of, stack
+from fitting.specimens import Model, Rows, derivative_of, misfit_of, predictor_of, specimen_of, stack
 from fitting.specimens.correlated_noise import correlated, uncorrelated
 from pneusma_jax.numerics.safe import as_arrays
 
@@ -160,6 +160,21 @@ def fit_constrained(fit: GeneralFit, values: Mapping[str, float], held: Mapping[
     constraints = {name: (value, CONSTRAINT_SD * _size(known[name])) for name, value in held.items()}
     start = known.at({**values, **held})
     return _fit(fit.model, fit.recordings, rows, start, 1, 0, constraints, FEW_STEPS)
+
+
+def chi_square_of(fit: GeneralFit) -> Callable[[Mapping[str, float]], float]:
+    """Function that gives chi-square with priors at free parameters, SI; see `fit_constrained`."""
+    stacked, known = stack(inflated(fit.rows, fit.inflation)), fit.result.parameters
+    fitted = [k for k, recording in enumerate(fit.recordings) if recording.role == "fit"]
+    predict, misfit = predictor_of(fit.model), misfit_of(fit.model)
+
+    def chi_square(values: Mapping[str, float]) -> float:
+        point = known.at(values).valuesdict()
+        missed = np.asarray(misfit(predict(as_arrays(point), stacked), stacked))[fitted]
+        priors = [(point[n] - p.prior.mean) / p.prior.sd for n, p in known.items() if p.prior is not None]
+        return float(np.sum(missed**2) + np.sum(np.square(priors)))
+
+    return chi_square
 
 
 def _size(entry: Parameter) -> float:

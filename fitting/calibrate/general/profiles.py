@@ -6,7 +6,7 @@ from functools import partial
 from fitting.calibrate.profile_likelihood import Profile
 from fitting.calibrate.profile_search import profile_likelihoods
 
-from .fit import GeneralFit, fit_constrained
+from .fit import GeneralFit, chi_square_of, fit_constrained
 
 
 def profiles(
@@ -31,4 +31,4 @@ def profiles(
     result = fit.result
     known = (result.parameters, result.values, result.uncertainty)
     how = {"rises_per_sd": rises_per_sd, "leave": leave, "progress": progress}
-    return profile_likelihoods(names, *known, partial(fit_constrained, fit), **how)
+    return profile_likelihoods(names, *known, partial(fit_constrained, fit), misfit=chi_square_of(fit), **how)
