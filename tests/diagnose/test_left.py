@@ -1,6 +1,7 @@
 """What names clearly leave: how much and in which regime is the first sentence, and then no name is to be trusted."""
 
 import dataclasses
+import re
 from types import SimpleNamespace
 
 import numpy as np
@@ -66,7 +67,7 @@ def test_a_name_that_leaves_more_than_noise_is_not_trusted():
     assert [f.slug for f in conclusion.found][:1] == ["unmodelled"] and conclusion.unknown > 0.5
     assert all(f.probability < 0.5 for f in conclusion.found[1:])
     first = verdict_sentences(conclusion)[0]
-    assert "a reduced chi-square of" in first and "where pressure above" in first
+    assert "A reduced chi-square of" in first and "is where pressure above" in first
     said = content(conclusion)["left"]
     assert said["reduced_chi2"] > 5.0 and said["regime"]["p_value"] < 0.01 and said["recordings"] == "fitted"
 
@@ -114,7 +115,7 @@ def test_a_small_share_of_a_large_misfit_speaks_against_no_name_however_little_t
     assert (left.kept <= DEFAULT.share.small) is left.trusted is (first == CONSTANT)
     assert conclusion.found[0].slug == first and 0.25 <= conclusion.unknown
     said = verdict_sentences(conclusion)[0]
-    assert "a reduced chi-square of" in said and ("no name is to be trusted" in said) is (first == "unmodelled")
+    assert "A reduced chi-square of" in said and ("no name is to be trusted" in said) is (first == "unmodelled")
 
 
 @pytest.mark.parametrize(("names", "said"), [
@@ -140,17 +141,19 @@ def test_something_unknown_that_is_likelier_than_a_trusted_name_is_not_said_to_b
     left = Left(8.0, 1.0, False, (CONSTANT,), None, kept=0.02)
     told = SimpleNamespace(left=left, explanation=SimpleNamespace(misread=None), remainder=None)
     assert left.trusted and unexplained(told, "the base model") == (
-        "The recordings contradict the base model, and something unknown is likelier than any name: "
-        f"with {CONSTANT}, {left.text}."
+        "The recordings contradict the base model, and something unknown is likelier than any name. "
+        f"This is with {CONSTANT} fitted. {left.text}"
     )
     told.left, told.remainder = dataclasses.replace(left, names=()), SimpleNamespace(driver="max_strain")
-    assert unexplained(told, "the base model").endswith(f"explains them: with a smooth function of max strain, {left.text}.")
+    assert unexplained(told, "the base model").endswith(
+        f"explains them. This is with a smooth function of max strain fitted. {left.text}"
+    )
 
 
 def test_much_of_a_noise_that_nobody_states_is_said_and_speaks_against_no_name():
     """Differences of filtered readings make an unstated noise too small."""
     stated = Left(8.0, 1.0, False, (CONSTANT,), None)
-    assert "chi-square of 20100 is left in fitted recordings (noise alone would leave 100," in Left(20051.0, 101.0, False, (), None).text
+    assert "chi-square of 20100 is left in fitted recordings, where noise alone would leave 100." in Left(20051.0, 101.0, False, (), None).text
     assert not stated.trusted and dataclasses.replace(stated, stated=False).trusted
     world = tubes(effects=(CONSTANT,), stated=False, rows=200)
     y = world.truth(np.random.default_rng(8)) + 8.0 * np.sin(0.2 * np.arange(200))
@@ -196,3 +199,23 @@ def test_what_open_numbers_leave_is_said_after_the_effect_and_its_meaning(turns,
     assert "This does not contradict the model" in more and more.endswith("leave 0.96 there.")
     much = dataclasses.replace(left, explained=None)
     assert "3.8 is left in" in verdict_sentences(dataclasses.replace(conclusion, left=much))[0]
+
+
+def test_each_sentence_of_what_is_left_has_one_idea():
+    """One sentence of over 60 words held the name, its strength, the size, the reason and the place."""
+    regime = SimpleNamespace(share=0.57, text="pressure above 0.8 kPa")
+    left = Left(38.2, 4.1, True, (CONSTANT, DELAY), regime)
+    said = sentences(left.text)
+    assert len(said) == 4 and max(len(one.split()) for one in said) <= 20
+    explanation = SimpleNamespace(misread=None)
+    told = SimpleNamespace(left=left, explanation=explanation, remainder=SimpleNamespace(driver="max_strain"))
+    assert max(len(one.split()) for one in sentences(unexplained(told, "the base model (a law fitted first)"))) <= 20
+    rng = np.random.default_rng(6)
+    found = conclude(explain(tubes().program(tubes().truth(rng, **{CONSTANT: 4.0})), np.random.default_rng(1)))
+    named = verdict_sentences(dataclasses.replace(found, left=left))[0]
+    assert named.endswith(found.found[0].text) and left.text in named
+    assert max(len(one.split()) for one in sentences(named)) <= 40
+
+
+def sentences(text):
+    return re.split(r"(?<=\.)\s+(?=[A-Z])", text)

@@ -66,24 +66,28 @@ class Left:
 
     @property
     def text(self) -> str:
-        """Size and place, as a part of a sentence; where open numbers explain it, as sentences."""
+        """Size and place in sentences, one idea each; with the reason where open numbers explain it."""
         if self.explained is not None:
             return (
-                f"recordings that were not fitted are missed by {self._times} their noise (reduced "
+                f"Recordings that were not fitted are missed by {self._times} their noise (reduced "
                 f"chi-square {number(self.reduced_chi2)}, where noise alone would leave "
                 f"{number(self.noise, '.2g')}). This does not contradict the model: its numbers are "
-                f"uncertain, and other values within their errors leave {number(self.explained, '.2g')} there"
+                f"uncertain, and other values within their errors leave {number(self.explained, '.2g')} "
+                "there."
             )
         among = "recordings that were not fitted" if self.held_out else "fitted recordings"
-        noise = f"noise alone would leave {number(self.noise, '.2g')}"
-        if number(self.noise, ".2g") != "1":
-            noise += ", as neighbouring rows differ by more than the noise that they are judged by"
-        text = f"a reduced chi-square of {number(self.reduced_chi2)} is left in {among} ({noise})"
+        leaves = number(self.noise, ".2g")
+        said = [
+            f"A reduced chi-square of {number(self.reduced_chi2)} is left in {among}, where noise alone "
+            f"would leave {leaves}."
+        ]
+        if leaves != "1":
+            said.append("Neighbouring rows differ by more than the noise that they are judged by.")
         if self.held_out:
-            text += ", beyond what the uncertainty of the fitted numbers explains"
-        if self.regime is None:
-            return text
-        return f"{text}, {100.0 * self.regime.share:.0f} % of it where {self.regime.text}"
+            said.append("The uncertainty of the fitted numbers does not explain it.")
+        if self.regime is not None:
+            said.append(f"Of it, {100.0 * self.regime.share:.0f} % is where {self.regime.text}.")
+        return " ".join(said)
 
     @property
     def _times(self) -> str:

@@ -36,7 +36,7 @@ REPEATING = {
 
 
 def verdict_sentences(conclusion: Conclusion) -> list[str]:
-    """The verdict first, in one sentence, then what stands behind it.
+    """The verdict first, in a few short sentences, then what stands behind it.
 
     What named effects leave qualifies the verdict, so its sentence follows directly.
     """
@@ -301,7 +301,7 @@ def _sized(value: float, unit: str) -> str:
 
 
 def unexplained(conclusion: Conclusion, whole: str) -> str:
-    """The first sentence where nothing that has a name explains the recordings."""
+    """The first sentences where nothing that has a name explains the recordings: that, and what is left."""
     left, what = conclusion.left, "no effect that is known here explains them"
     misread, rest = conclusion.explanation.misread, conclusion.remainder
     if misread is not None:
@@ -312,16 +312,16 @@ def unexplained(conclusion: Conclusion, whole: str) -> str:
     if left.names:
         what = "something unknown is likelier than any name" if left.trusted else "no name is to be trusted"
     beside = [*left.names, *smooth]
-    what += f": with {joined(beside)}, {left.text}" if beside else f": {left.text}"
-    return f"The recordings contradict {whole}, and {what}."
+    fitted = [f"This is with {joined(beside)} fitted."] if beside else []
+    return " ".join([f"The recordings contradict {whole}, and {what}.", *fitted, left.text])
 
 
 def _named(conclusion: Conclusion, names: Sequence[str]) -> str:
-    """The first sentence where effects are named; with what they leave beyond noise and uncertainty.
+    """The first sentences where effects are named: these, and what they leave beyond noise and uncertainty.
 
     Names that are hardly likelier than not come last, after "perhaps".
     """
-    left = "" if conclusion.left is None or conclusion.left.open else f"; {conclusion.left.text}"
+    left = "" if conclusion.left is None or conclusion.left.open else f". {conclusion.left.text}"
     named = [f for f in conclusion.found if f.slug in names]
     sure, perhaps = (joined([f.words for f in named if f.tentative is doubt]) for doubt in (False, True))
     whole = capital(base_named(conclusion))
@@ -332,8 +332,8 @@ def _named(conclusion: Conclusion, names: Sequence[str]) -> str:
     else:
         lead = f"{whole} perhaps leaves out {perhaps}"
     if len(names) > 1:
-        return f"{lead}{left}."
-    return f"{lead}{left}: {named[0].text}"
+        return f"{lead}{left}" if left else f"{lead}."
+    return f"{lead}{left} {named[0].text}" if left else f"{lead}: {named[0].text}"
 
 
 def _open(conclusion: Conclusion) -> list[str]:
@@ -341,7 +341,7 @@ def _open(conclusion: Conclusion) -> list[str]:
     left = conclusion.left
     if left is None or not left.open or conclusion.explanation.misread is not None:
         return []
-    return [f"{capital(left.text)}."]
+    return [left.text]
 
 
 def base_named(conclusion: Conclusion) -> str:
