@@ -3,11 +3,15 @@
 from typing import Any
 
 from fitting.sample.campaign import CampaignPosterior
+from fitting.sample.determined import estimate_of
 
+from ..characterisation import estimate_json
 from . import text
 from .beside_fit import opening
 
 SCHEMA = "pneusma-posterior/1"
+KNOWN = ("recordings_bound", "width_over_prior", "merely_prior")
+"""Entries on what the recordings say of a sampled parameter, as in the report of a characterisation."""
 
 
 def content(result: CampaignPosterior) -> dict[str, Any]:
@@ -53,6 +57,10 @@ def entry(result: CampaignPosterior, name: str) -> dict[str, Any]:
     posterior, problem = result.posterior, result.problem
     summary, disagreement = posterior.summary[name], posterior.disagreements[name]
     prior = problem.parameters[name].prior
+    known = dict.fromkeys(KNOWN)
+    if name in posterior.names:
+        found = estimate_json(estimate_of(problem, posterior, name))
+        known = {key: found[key] for key in KNOWN}
     return {
         "unit": problem.unit(name),
         "mean": float(problem.shown(name, summary.mean)),
@@ -71,4 +79,5 @@ def entry(result: CampaignPosterior, name: str) -> dict[str, Any]:
         "laplace_misleads": disagreement.notable if result.converged else None,
         "prior_mean": None if prior is None else float(problem.shown(name, prior.mean)),
         "prior_sd": None if prior is None else float(problem.shown(name, prior.sd, spread=True)),
+        **known,
     }

@@ -3,13 +3,15 @@
 import math
 
 from fitting.sample.campaign import CampaignPosterior
+from fitting.sample.determined import estimates
 
 from ..cells import number, with_error
+from ..characterisation import remark
 from ..table import Table
 
 HEADER = (
     "parameter", "unit", "mean ± sd", "5 %", "median", "95 %", "fit ± Laplace sd", "R-hat",
-    "effective samples",
+    "effective samples", "",
 )  # fmt: skip
 DISAGREEMENT = (
     "Mean of the draws less the fit, in the fit's standard errors; width of the draws over the fit's "
@@ -21,6 +23,7 @@ NOT_JUDGED = "not judged (not converged)"
 def parameter_table(result: CampaignPosterior) -> Table:
     """One row for each sampled or tied parameter."""
     problem, rows = result.problem, []
+    found = estimates(problem, result.posterior)
     for name, s in result.posterior.summary.items():
         mean, low, median, high = (float(problem.shown(name, v)) for v in (s.mean, s.low, s.median, s.high))
         sd = float(problem.shown(name, s.sd, spread=True))
@@ -30,6 +33,7 @@ def parameter_table(result: CampaignPosterior) -> Table:
         rows.append([
             name, problem.unit(name), with_error(mean, sd), *(number(v, form) for v in (low, median, high)),
             with_error(mode, laplace_sd), number(s.r_hat, ".4f"), number(s.effective, ".0f"),
+            remark(found[name]) if name in found else "",
         ])  # fmt: skip
     return Table(HEADER, rows)
 

@@ -1,8 +1,11 @@
 """Sentences on a posterior."""
 
+from fitting.inference.notes import joined
 from fitting.sample.campaign import CampaignPosterior
+from fitting.sample.determined import estimates, flat
 from fitting.sample.settings import Settings
 
+from ..characterisation import limits
 from .beside_fit import opening
 
 HOLD = "the fit's standard errors hold"
@@ -10,9 +13,10 @@ HOLD = "the fit's standard errors hold"
 
 
 def verdict(result: CampaignPosterior) -> list[str]:
-    """Sentences on what the draws do not count, on their convergence, then on error bars of the fit."""
+    """Sentences on what the draws do not count, on their convergence, on ends of intervals that the data do
+    not make, then on error bars of the fit."""
     uncounted = opening(result.problem.fit)
-    sentences = [*uncounted, *result.posterior.verdict]
+    sentences = [*uncounted, *result.posterior.verdict, *not_measured(result)]
     if not result.converged:
         sentences.append(
             "Whether the fit's standard errors (Laplace) hold is not judged: the draws are too few."
@@ -25,6 +29,17 @@ def verdict(result: CampaignPosterior) -> list[str]:
         sentences.append(f"{agrees}: {same if uncounted else HOLD}.")
     for name, disagreement in found:
         sentences.append(f"Laplace and draws disagree on {name}: {'; '.join(disagreement.reasons)}.")
+    return sentences
+
+
+def not_measured(result: CampaignPosterior) -> list[str]:
+    """Sentences on parameters whose draws repeat a prior or end at a bound; empty if the data bracket all."""
+    found = estimates(result.problem, result.posterior)
+    sentences, bounded = limits(found), flat(result.problem, found)
+    if bounded:
+        has = "has a flat prior" if len(bounded) == 1 else "have flat priors"
+        ends = "an end there is a bound, not a measurement"
+        sentences.append(f"{joined(bounded)} {has} between bounds: {ends}.")
     return sentences
 
 
