@@ -62,6 +62,8 @@ class Effect(eqx.Module):
         remembers: true if what a specimen went through decides, such as its largest strain so far.
         woken: true if only a history wakes it: at the start of a recording it changes nothing.
         leads: true if its resistance lies outside of the wire, so that a current heats nothing there.
+        alike: terms that may change places without any change: parameters of each, in one order. The first of
+            each term tells the terms apart.
 
     The methods below are the slots; each returns its value unchanged unless overridden. `memory` is what
     `begin` made and `remember` keeps; it is a pytree, `None` for an effect without history.
@@ -79,6 +81,7 @@ class Effect(eqx.Module):
     remembers: ClassVar[bool] = False
     woken: ClassVar[bool] = False
     leads: ClassVar[bool] = False
+    alike: ClassVar[tuple[tuple[str, ...], ...]] = ()
 
     @classmethod
     def sentence_for(cls, kind: str) -> str:

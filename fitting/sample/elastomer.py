@@ -1,6 +1,6 @@
 """The posterior of an elastomer's law: its constants and each specimen's stiffness factor."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import jax.numpy as jnp
@@ -15,6 +15,7 @@ from fitting.inference.parameters import Parameter, Parameters
 from pneusma_jax.calibration.records import Calibration, Prior
 from pneusma_jax.errors import InputError
 
+from .order import keeps_order
 from .problem import Curve, Problem
 from .target import Target
 
@@ -51,7 +52,8 @@ def problem_of(fit: "ElastomerCharacterisation", model: Calibration | None = Non
         density = -0.5 * jnp.sum(residual(values, data) ** 2)
         return jnp.where(in_order(values), density, -jnp.inf)
 
-    in_order = _keeps_order(law, parameters)
+    exponents = [name for name in law.names if name.startswith("alpha_")] if law.law == "ogden" else []
+    in_order = keeps_order(parameters, exponents)
     return Problem(
         title=fit.title,
         kind="elastomer",
@@ -99,18 +101,6 @@ def _priors(model: Calibration, law: CurveLaw) -> dict[str, Prior]:
     if missing:
         raise InputError(f"{model.path or model.name}: key {missing[0]!r} of {law.label} is missing")
     return {name: model.quantities[name].prior for name in law.names if model.quantities[name].prior}
-
-
-def _keeps_order(law: CurveLaw, parameters: Parameters) -> Callable[[dict[str, Array]], Array]:
-    """True if Ogden's exponents keep the order of the fit. Terms in another order are the same law twice."""
-    exponents = [name for name in law.names if name.startswith("alpha_")] if law.law == "ogden" else []
-    exponents.sort(key=lambda name: parameters[name].value)
-
-    def in_order(values: dict[str, Array]) -> Array:
-        rising = [values[low] <= values[high] for low, high in zip(exponents, exponents[1:], strict=False)]
-        return jnp.all(jnp.stack(rising)) if rising else jnp.asarray(True)
-
-    return in_order
 
 
 def _in_curves(samples: Samples, data: dict) -> dict:

@@ -8,16 +8,19 @@ import numpy as np
 from jaxtyping import Array
 
 from fitting.data.recordings import Recording, all_real, notices_of_reading, schema
-from fitting.inference.notes import of_several
+from fitting.inference.notes import joined, of_several
 from fitting.inference.parameters import Parameters
 from fitting.specimens import Model, Rows, residual_of, specimen_of, stack
 from fitting.specimens.correlated_noise import spread_of
+from fitting.specimens.with_saved_model import Augmented
 from pneusma_jax.units import from_si
 
+from .order import exchangeable, keeps_order
 from .problem import Curve, Problem
 from .target import Target
 
 NOISE = "Gaussian noise as the recordings state it or as it was estimated"
+ORDERED = "{} keep the order of the fit: terms that change places are the same law."
 HORIZONTAL = ("elongation", "pressure", "strain")
 """Candidate inputs for the horizontal axis, in order; time where a model has none of them."""
 
@@ -47,7 +50,9 @@ def model_problem(
     model, everything = model or specimen_of(kind), stack(rows)
     used = np.array([k for k, recording in enumerate(recordings) if recording.role == "fit"], int)
     data = jax.tree.map(lambda leaf: np.asarray(leaf)[used], everything)  # of no others: each costs its time
-    target = Target.from_residual(residual_of(model), parameters, data)
+    terms = [one for one in _alike(model) if exchangeable(parameters, one)]
+    orders = [keeps_order(parameters, [term[0] for term in one]) for one in terms]
+    target = Target.from_residual(residual_of(model), parameters, data, orders=orders)
     told = notices_of_reading(recording.whole for recording in recordings)
     how = f"{NOISE}, larger where it is serially correlated."
     shown = [
@@ -57,6 +62,7 @@ def model_problem(
         if np.any(np.asarray(rows[k].weight[quantity]) > 0.0)
     ]
     priors = [name for name, p in parameters.items() if p.prior is not None]
+    notes = [*(ORDERED.format(joined([term[0] for term in one])) for one in terms), *notes]
     return Problem(
         title=title,
         kind=kind,
@@ -69,6 +75,11 @@ def model_problem(
         notes=(how, f"Gaussian priors, cut at their bounds, on {', '.join(priors) or 'nothing'}.", *notes),
         notices=tuple(of_several(told, [recording.name for recording in recordings])),
     )
+
+
+def _alike(model: Model) -> list[list[tuple[str, ...]]]:
+    """Terms of a model that may change places; a base model has none."""
+    return model.alike() if isinstance(model, Augmented) else []
 
 
 def _predict(model: Model, shown: Sequence[tuple[int, str, int, str]]) -> Callable:

@@ -112,8 +112,10 @@ class Posterior:
                     f"there are {state.effective.min():.0f} effective samples, and {EFFECTIVE:.0f} are wanted"
                 )
             sentences = [
-                f"NOT CONVERGED after {state.steps} steps: {'; '.join(reasons)}. "
-                "Do not quote these numbers; resume with a larger budget of steps."
+                f"NOT CONVERGED after {state.steps} steps: {'; '.join(reasons)}. Do not quote these numbers.",
+                f"Go on with `--resume --max-steps {self._enough_steps}` or more (in Python resume=True). If "
+                f"that does not help, the data hardly determine {worst}: state a prior, hold it, or leave a "
+                "term of the model out.",
             ]
         if self.settings.sampler == "nuts":
             sentences += self._of_gradients()
@@ -124,6 +126,13 @@ class Posterior:
                 f"({share:.2g} %); they count as impossible."
             )
         return [*sentences, *([f"Sampler: {self.why}"] if self.why else [])]
+
+    @property
+    def _enough_steps(self) -> int:
+        """Number of steps after which chains as slow as these would be long enough, with two digits."""
+        state = self.convergence
+        shares = state.lengths / LENGTHS, float(state.effective.min()) / EFFECTIVE, 0.5
+        return int(float(f"{state.steps / max(min(shares), 1.0 / EFFECTIVE):.1e}"))
 
     @property
     def _who(self) -> str:

@@ -13,7 +13,7 @@ observation, as in the fit.
 
 import functools
 import hashlib
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, Literal
 
 import equinox as eqx
@@ -30,6 +30,7 @@ from pneusma_jax.precision import require_float64
 from pneusma_jax.program_cache import stored_jit
 
 from .likelihood import GivenLikelihood, KnownNoise, Residual, UnknownNoise
+from .order import Check, KnownNoiseInOrder
 
 
 class Target(eqx.Module):
@@ -64,6 +65,7 @@ class Target(eqx.Module):
         parameters: Parameters,
         data: PyTree = None,
         noise: Literal["known", "unknown"] = "known",
+        orders: Sequence[Check] = (),
     ) -> "Target":
         """Posterior of a least-squares problem, as `fit_least_squares` takes it.
 
@@ -72,6 +74,7 @@ class Target(eqx.Module):
             parameters: parameters; the free ones are sampled, and their priors and bounds count.
             data: data for the residual.
             noise: `"known"` for residuals in units of sigma; `"unknown"` to integrate one common factor out.
+            orders: functions of the values, true where terms keep an order; of known noise only.
 
         Raises:
             InputError: if nothing is free, there are no residuals, or unknown noise has too few of them.
@@ -79,7 +82,8 @@ class Target(eqx.Module):
         """
         if noise not in ("known", "unknown"):
             raise ValueError(f"Argument `noise` must be 'known' or 'unknown', but it is {noise!r}.")
-        target = cls._make(KnownNoise(residual), parameters, data)
+        likelihood = KnownNoiseInOrder(residual, tuple(orders)) if orders else KnownNoise(residual)
+        target = cls._make(likelihood, parameters, data)
         rows = jax.eval_shape(
             lambda v: jnp.ravel(residual(v, target.data)), target.values(target.pack(parameters))
         ).size

@@ -275,6 +275,17 @@ class Augmented(Model):
             for key, name in names.items():
                 yield name, added.slug, effect.specs[parameter_of(effect, key)]
 
+    def alike(self) -> list[list[tuple[str, ...]]]:
+        """Of each acting effect with terms that may change places, the terms by their names in the fit.
+
+        Terms that the file leaves out are absent, and have no name.
+        """
+        found = []
+        for added, names in zip(self.acting, self.names, strict=True):
+            terms = [term for term in find_effect(added.slug).alike if set(term) <= set(names)]
+            found.append([tuple(names[key] for key in term) for term in terms])
+        return [terms for terms in found if len(terms) > 1]
+
     def natural_ends(self) -> frozenset[str]:
         """Names of the parameters of effects both ends of whose ranges are forms of their own."""
         return frozenset(name for name, _, spec in self.specs() if spec.natural_ends)

@@ -46,6 +46,7 @@ class ViscoelasticRelaxation(Effect):
     remembers: ClassVar[bool] = True
     by_rate: ClassVar[bool] = True
     woken: ClassVar[bool] = True
+    alike: ClassVar[tuple[tuple[str, ...], ...]] = (("tau_1", "g_1"), ("tau_2", "g_2"), ("tau_3", "g_3"))
     component: ClassVar[str] = "elastomer"
     kinds: ClassVar[str] = "AET"
     sentence: ClassVar[str] = "The silicone relaxes: its stress depends on how fast and when it was strained."

@@ -1,5 +1,7 @@
 """Judging chains: known autocorrelation times, disagreement, chains that stand still, budgets that end."""
 
+import re
+
 import jax.numpy as jnp
 import numpy as np
 import pytest
@@ -54,6 +56,10 @@ def test_a_run_that_ends_too_soon_says_so():
     assert not posterior.converged
     assert posterior.verdict[0].startswith("NOT CONVERGED after 30 steps")
     assert "Do not quote these numbers" in posterior.verdict[0]
+    (wanted,) = re.findall(r"Go on with `--resume --max-steps (\d+)` or more", posterior.verdict[1])
+    state = posterior.convergence
+    assert int(wanted) == pytest.approx(30 * max(50.0 / state.lengths, 1000.0 / state.effective.min(), 2.0), rel=0.06)
+    assert "state a prior, hold it" in posterior.verdict[1]
 
 
 def test_separate_modes_that_ensembles_cannot_join_are_reported():
