@@ -17,7 +17,7 @@ from fitting.specimens.saved_models.left_out import chain_without, missed_by_cha
 from pneusma_jax.actuator.designs import GEOMETRY_KEYS, SECTION_KEYS, design_gravity
 from pneusma_jax.actuator.result import Validity
 from pneusma_jax.calibration import Calibration, named_table
-from pneusma_jax.errors import InputError
+from pneusma_jax.errors import InputError, distrusted
 from pneusma_jax.nitinol.spring import SpringResponse
 from pneusma_jax.pipeline import Effect, changes_states
 from pneusma_jax.program_cache import stored_jit
@@ -111,6 +111,16 @@ def remarks_on_states(model: AugmentedModel, design: str) -> list[str]:
 def alloy_of(plan: Plan, table: Calibration) -> Calibration:
     """Table of the alloy of a segment's springs, with the model's numbers in it."""
     return plan.model.table("alloy", plan.alloy or named_table(table, "alloy"))
+
+
+def cautions_of(plan: Plan) -> list[str]:
+    """What the tables and the model of a body say against their own numbers, each once."""
+    found = list(plan.tables)
+    found += [alloy_of(plan, table) for table in plan.tables if pj.layout(table).spring_numbers]
+    found += [silicone_of(plan, table) for table in plan.tables]
+    said = [(table.path or table.name, table.text.get("caution", "")) for table in found]
+    said.append((plan.model.shown_name, plan.model.caution))
+    return list(dict.fromkeys(distrusted(source, caution) for source, caution in said if caution))
 
 
 def silicone_of(plan: Plan, table: Calibration) -> Calibration:

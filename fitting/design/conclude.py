@@ -8,7 +8,7 @@ import numpy as np
 from pneusma_jax.errors import InputError
 from pneusma_jax.units import to_si
 
-from .bodies import build_body, remarks_on_states
+from .bodies import build_body, cautions_of, remarks_on_states
 from .chances import chances_of, notes_on_draws
 from .infeasible import why_infeasible
 from .log import Evaluation, Log
@@ -52,19 +52,19 @@ def result_of(
         "no design next to the continuous one that can be made keeps all constraints: widen a "
         "catalogue or a limit"
     ]  # fmt: skip
-    notes += [*notes_on_model(study), *_notes_on_search(study, best)]
+    notes += [*cautions_of(model.plan), *notes_on_model(study), *_notes_on_search(study, best)]
     base = _base_design(best)
     chances = {}
     if study.uncertainty is not None:
         progress("fresh draws")
         places = _to_compare(best, solved[ways.index(best)]["nominal"], base)
         chances = chances_of(model, places)
+        notes += notes_on_draws(study, model.plan)
     front = _front(best) if best.pairs else None
     if front is not None and any(o.quantity == "failure_probability" for o in study.objectives):
         progress("fresh draws of the front")
         each = chances_of(model, {str(k): d.evaluation.place for k, d in enumerate(front.designs)})
         front = replace(front, chances=tuple(each.values()))
-        notes += notes_on_draws(study, model.plan)
     return DesignResult(
         study=study,
         model=model,
