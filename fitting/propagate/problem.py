@@ -1,5 +1,6 @@
 """A study with its model: everything that computes rows, made once in each process."""
 
+import tomllib
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -9,12 +10,12 @@ from pathlib import Path
 import numpy as np
 
 from fitting.engine import Task
-from pneusma_jax.errors import InputError, nearest
+from pneusma_jax.errors import InputError, distrusted, nearest
 
 from .evaluate import Evaluator
 from .inputs import Inputs
 from .inputs_of import POSTERIOR_FILE, inputs_of, plain_marginals, read_draws
-from .quantities import Columns, check_quantities, row_function
+from .quantities import Columns, check_quantities, row_function, without_unit
 from .responses import Response
 from .responses_of import response_of
 from .sampling import MOST_POINTS, Design, Plain, Saltelli, Sampler, Shapley
@@ -103,6 +104,13 @@ class Problem:
             files = (*files, place / POSTERIOR_FILE if place.is_dir() else place)
         return fingerprint(self.study, tuple(map(Path, files)), version("pneusma-jax"))
 
+    @cached_property
+    def cautions(self) -> list[str]:
+        """What tables and models on disk say against their own numbers; the command line has told it."""
+        tables = [path for path in map(Path, self.response.files) if path.suffix == ".toml"]
+        said = [(path, tomllib.loads(path.read_text(encoding="utf-8")).get("caution")) for path in tables]
+        return [distrusted(path, caution) for path, caution in said if caution]
+
     @property
     def index_columns(self) -> np.ndarray:
         """Numbers of the columns that indices are of."""
@@ -127,7 +135,9 @@ def build_problem(study: Study) -> Problem:
             "'monte_carlo'"
         )
     _check_rare(study, response, inputs)
-    return Problem(study, response, inputs, columns, design, groups, (*response.notices, *notices))
+    notices = [*response.notices, *notices]
+    notices += without_unit(columns) if response.with_units else []
+    return Problem(study, response, inputs, columns, design, groups, tuple(notices))
 
 
 def _check_rare(study: Study, response: Response, inputs: Inputs) -> None:

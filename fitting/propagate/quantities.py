@@ -1,15 +1,17 @@
 """Quantities that a study asks of the model: outputs, functions of them, limits; as columns."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array
 
+from fitting.inference.notes import joined
 from fitting.inference.parameters.ties import RESERVED, evaluate, names_in
 from pneusma_jax.actuator.result import solved
 from pneusma_jax.errors import InputError, nearest
+from pneusma_jax.units import UNITS, amount, written
 
 from .responses import Driver, Response, not_finite
 from .responses.expression import as_expression
@@ -27,12 +29,21 @@ class Quantity:
         expression: expression in the model's outputs; the name of a single output is one, too.
         reduce: one of `REDUCTIONS`, or the value of the driver `at` which it is taken; None keeps the driver.
         noise: 1-sigma of a measurement of it, in its unit; 0 for the quantity itself.
+        unit: its unit, where the study states or `check_quantities` finds one; empty for none. No row depends
+            on it, so that it is in no fingerprint.
     """
 
     name: str
     expression: str
     reduce: str | float | None = None
     noise: float = 0.0
+    unit: str = field(default="", repr=False)
+
+    @property
+    def shown(self) -> str:
+        """Its name, with its unit where the name has none: `tip_angle [deg]`."""
+        bare = self.unit in ("", "1") or unit_in_name(self.name)
+        return self.name if bare else f"{self.name} [{written(self.unit)}]"
 
 
 @dataclass(frozen=True)
@@ -99,10 +110,28 @@ class Columns:
     @property
     def labels(self) -> list[str]:
         """One for each column: the quantity, and the driver's value where there is one."""
+        return self._each([quantity.name for quantity in self.quantities])
+
+    @property
+    def shown(self) -> list[str]:
+        """The same for people: every quantity with its unit."""
+        return self._each([quantity.shown for quantity in self.quantities])
+
+    @property
+    def units(self) -> list[str]:
+        """Unit of each column; empty where none is known."""
+        return [q.unit for q, count in zip(self.quantities, self.counts, strict=True) for _ in range(count)]
+
+    def limit(self, words: str) -> str:
+        """A limit in its words, with the unit of its numbers where the name of its quantity has none."""
+        on = max((q for q in self.quantities if words.startswith(f"{q.name} ")), key=lambda q: len(q.name))
+        return words if on.shown == on.name else amount(words, on.unit)
+
+    def _each(self, names: Sequence[str]) -> list[str]:
         found = []
-        for quantity, count in zip(self.quantities, self.counts, strict=True):
+        for name, count in zip(names, self.counts, strict=True):
             points = self.driver.values if count > 1 else ()
-            found += [f"{quantity.name} at {self.driver.name} = {x:g}" for x in points] or [quantity.name]
+            found += [f"{name} at {self.driver.name} = {x:g}" for x in points] or [name]
         return found
 
 
@@ -144,7 +173,47 @@ def check_quantities(
             raise InputError(
                 f"{where} [[limit]]: no output is called {limit.on!r}, {nearest(limit.on, names)}"
             )
+    outputs = {name: unit_in_name(name) or "1" for name in response.outputs} if response.with_units else {}
+    asked = tuple(replace(q, unit=_unit_of(q, outputs, f"{where} [[output]] {q.name!r}")) for q in asked)
     return Columns(asked, tuple(counts), response.driver)
+
+
+def unit_in_name(name: str) -> str:
+    """Unit in which a name ends, as `curvature_1pm` does; empty for `tip_angle` and `xi0_2`."""
+    stem, _, unit = name.rpartition("_")
+    return unit if stem and unit in UNITS and not unit.isdigit() else ""
+
+
+def _unit_of(quantity: Quantity, outputs: Mapping[str, str], where: str) -> str:
+    """Unit of a quantity: stated, in its name, or that of the one output of the model that it is.
+
+    Args:
+        quantity: the quantity.
+        outputs: unit of each output of the model; empty for a model whose numbers have none.
+        where: file and table, for messages.
+
+    Raises:
+        InputError: if two of these differ.
+    """
+    ways = {
+        "unit": quantity.unit, "its name": unit_in_name(quantity.name),
+        f"the output {quantity.expression}": outputs.get(quantity.expression, ""),
+    }  # fmt: skip
+    found = {way: unit for way, unit in ways.items() if unit}
+    if len(set(found.values())) > 1:
+        said = joined([f"{unit!r} by {way}" for way, unit in found.items()])
+        raise InputError(f"{where}: its unit is {said}; an output is told in the model's own unit, so change "
+                         "one, or convert it in 'of'")  # fmt: skip
+    return next(iter(found.values()), "")
+
+
+def without_unit(columns: Columns) -> list[str]:
+    """A sentence on quantities whose unit nobody states; none where all are known."""
+    bare = [q.name for q in columns.quantities if not q.unit]
+    if not bare:
+        return []
+    has = "has no unit" if len(bare) == 1 else "have no units"
+    return [f"{joined(bare)} {has}: state unit in [[output]], or let the name end in one (tip_deg)"]
 
 
 def _check_place(place: float, driver: Driver, where: str) -> None:

@@ -9,6 +9,7 @@ from typing import Any
 from pneusma_jax.calibration.keys import KINDS
 from pneusma_jax.documents import check_keys, finite_number, read_document, shipped_names, word_of
 from pneusma_jax.errors import InputError
+from pneusma_jax.units import UNITS, suggested_unit
 
 from .quantities import REDUCTIONS, Limit, Quantity
 from .sampling import METHODS
@@ -195,7 +196,7 @@ def _correlation(entry: Mapping[str, Any], number: int, path: Path) -> tuple[str
 
 def _output(entry: Mapping[str, Any], number: int, path: Path) -> Quantity:
     where = f"{path}: [[output]] {number}"
-    check_keys(entry, ("name", "of", "reduce", "at", "noise"), where)
+    check_keys(entry, ("name", "of", "unit", "reduce", "at", "noise"), where)
     name = entry.get("name", entry.get("of"))
     if not isinstance(name, str) or not name:
         raise InputError(f"{where}: name is missing, such as 'curvature_1pm'")
@@ -216,7 +217,15 @@ def _output(entry: Mapping[str, Any], number: int, path: Path) -> Quantity:
     noise = number_in(entry, "noise", where, 0.0)
     if noise < 0.0:
         raise InputError(f"{where}: noise = {noise:g} is a standard deviation, so 0 or more")
-    return Quantity(name, expression, reduce, noise)
+    return Quantity(name, expression, reduce, noise, _stated_unit(entry, where))
+
+
+def _stated_unit(entry: Mapping[str, Any], where: str) -> str:
+    """Unit that an output states; empty for none."""
+    unit = entry.get("unit", "")
+    if not isinstance(unit, str) or (unit and unit not in UNITS):
+        raise InputError(f"{where}: unknown unit {unit!r}, {suggested_unit(str(unit))}")
+    return unit
 
 
 def _limits(document: Mapping[str, Any], path: Path) -> tuple[Limit, ...]:

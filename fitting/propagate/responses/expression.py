@@ -56,6 +56,7 @@ def expression_response(settings: Mapping[str, Any], inputs: Mapping[str, float]
         answer=answer,
         files=(),
         side_by_side=4096,
+        with_units=False,
     )
 
 

@@ -97,6 +97,7 @@ class Response:
         notices: notices about the numbers.
         side_by_side: rows that are computed together.
         smooth: true if the outputs have derivatives by the values.
+        with_units: false for plain numbers. Otherwise an output whose name has no unit is in "1".
     """
 
     title: str
@@ -108,6 +109,7 @@ class Response:
     notices: tuple[str, ...] = ()
     side_by_side: int = 64
     smooth: bool = True
+    with_units: bool = True
     tied: Mapping[str, str] = field(default_factory=dict)
     """Numbers that are computed from others, by name, each with a sentence that says how. Their own priors
     are left out."""

@@ -7,7 +7,7 @@ from fitting.propagate import Propagation
 from fitting.propagate.rare import RareResult
 
 from ..characterisation import CSV_DIGITS
-from .numbers import column_table, exceedances, index_table, lost
+from .numbers import INPUT_HEADER, column_table, exceedances, index_table, input_rows, lost
 from .text import verdict
 
 SCHEMA = "pneusma-propagated/1"
@@ -25,12 +25,11 @@ def _input_table(result: Propagation) -> tuple[list[str], list[list]]:
     """Table of inputs: their distributions, values at failed rows, and correlation with every column."""
     problem, failures = result.problem, result.summary.failures
     coefficients = result.summary.correlation.coefficients
-    words = {name: marginal.words for name, marginal in problem.inputs.marginals.items()}
-    header = ["input", "distribution", "failed_apart", *(f"correlation {x}" for x in problem.columns.labels)]
-    rows = [
-        [name, words.get(name, "draws"), failures.uneven[k], *coefficients[k]]
-        for k, name in enumerate(problem.inputs.names)
-    ]
+    known = {row[0]: row for row in input_rows(problem)}
+    correlations = [f"correlation {x}" for x in problem.columns.labels]
+    header = [*INPUT_HEADER, "failed_apart", *correlations]
+    names = enumerate(problem.inputs.names)
+    rows = [[*known[name], failures.uneven[k], *coefficients[k]] for k, name in names]
     return header, rows
 
 
@@ -63,7 +62,7 @@ def content(result: Propagation) -> dict[str, Any]:
             "share": lost(result),
             "apart": dict(zip(problem.inputs.names, map(float, failures.uneven), strict=True)),
         },
-        "notices": list(problem.notices),
+        "notices": [*problem.cautions, *problem.notices],
     }  # fmt: skip
     if result.summary.indices is not None:
         names, entries = index_table(result)

@@ -94,6 +94,17 @@ def _file(name: str) -> str:
     return "".join(c if c.isalnum() else "_" for c in name).strip("_")
 
 
+def unit_in_brackets(result: Propagation, name: str) -> str:
+    """Unit of a quantity whose name has none, in brackets; empty for a plain number."""
+    (quantity,) = (q for q in result.problem.columns.quantities if q.name == name)
+    return quantity.shown.removeprefix(name).strip()
+
+
+def _axis(result: Propagation, name: str) -> str:
+    """Words and unit of a quantity for an axis."""
+    return f"{axis_label(name)} {unit_in_brackets(result, name)}".strip()
+
+
 def band(result: Propagation, name: str) -> Figure:
     """Figure of quantiles along the driver, with the nominal result."""
     columns = result.problem.columns
@@ -113,7 +124,7 @@ def band(result: Propagation, name: str) -> Figure:
                 for value in (limit.below, limit.above):
                     if np.isfinite(value):
                         axes.axhline(value, color=VERMILION, linewidth=1.2, label="limit")
-        axes.set(xlabel=axis_label(driver.name), ylabel=axis_label(name), xlim=driver.values[[0, -1]])
+        axes.set(xlabel=axis_label(driver.name), ylabel=_axis(result, name), xlim=driver.values[[0, -1]])
         legend_above(axes, 5)
     return figure
 
@@ -136,7 +147,8 @@ def distribution(result: Propagation, name: str) -> Figure:
             axes.axvline(edge, color=BLUE, linestyle=":", label="5 and 95 %" if edge is low else None)
         if np.isfinite(result.nominal[k]):
             axes.axvline(result.nominal[k], color=BLACK, linestyle="--", linewidth=1.2, label="nominal")
-        axes.set(xlabel=axis_label(name), ylabel=f"probability density per {unit_of(name) or 'unit'}")
+        unit = unit_of(name) or unit_in_brackets(result, name) or "unit"
+        axes.set(xlabel=_axis(result, name), ylabel=f"probability density per {unit}")
         axes.set_ylim(bottom=0.0)
         legend_above(axes, 4)
     return figure

@@ -4,12 +4,19 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy import stats
+from scipy.special import ndtri
 
 from fitting.propagate import Propagation
+from fitting.propagate.inputs import POSTERIOR
+from fitting.propagate.problem import Problem
 from fitting.propagate.statistics.failures import level_bounds, mean_bounds, sd_bounds, share_bounds
+from pneusma_jax.units import from_si
 
 LEVELS = (0.005, 0.025, 0.05, 0.16, 0.25, 0.5, 0.75, 0.84, 0.95, 0.975, 0.995)
 """Quantile levels of tables."""
+SCORES = ndtri([0.05, 0.5, 0.95])
+"""Normal scores of the quantiles of an input that are told."""
+INPUT_HEADER = ("input", "unit", "distribution", "q5", "q50", "q95")
 
 
 @dataclass(frozen=True)
@@ -86,16 +93,17 @@ def column_table(result: Propagation) -> tuple[list[str], list[list]]:
     moments, quantiles, bounds = result.moments, result.quantiles(LEVELS), bounds_of(result)
     (low, high), (least, most) = bounds.mean, bounds.sd
     header = [
-        "column", "rows", "nominal", "mean", "mean_standard_error", "sd", "skewness", "kurtosis",
+        "column", "unit", "rows", "nominal", "mean", "mean_standard_error", "sd", "skewness", "kurtosis",
         "smallest", *(f"q{100 * level:g}" for level in LEVELS), "largest", "mean_least", "mean_most",
         "sd_least", "sd_most", "q5_least", "q95_most",
     ]  # fmt: skip
     rows = []
     for k, label in enumerate(result.problem.columns.labels):
         rows.append([
-            label, int(moments.count[k]), result.nominal[k], moments.mean[k], moments.standard_error[k],
-            moments.sd[k], moments.skewness[k], moments.kurtosis[k], moments.smallest[k], *quantiles[:, k],
-            moments.largest[k], low[k], high[k], least[k], most[k], bounds.q5_least[k], bounds.q95_most[k],
+            label, result.problem.columns.units[k], int(moments.count[k]), result.nominal[k],
+            moments.mean[k], moments.standard_error[k], moments.sd[k], moments.skewness[k],
+            moments.kurtosis[k], moments.smallest[k], *quantiles[:, k], moments.largest[k], low[k], high[k],
+            least[k], most[k], bounds.q5_least[k], bounds.q95_most[k],
         ])  # fmt: skip
     return header, rows
 
@@ -117,6 +125,24 @@ def index_table(result: Propagation) -> tuple[list[str], list[list]]:
                 v, h = value[i, j], half[i, j]
                 rows.append([group, labels[column], name, v, v - h, v + h, least[i, j], most[i, j]])
     return header, rows
+
+
+def input_rows(problem: Problem) -> list[list]:
+    """Every input with its unit, distribution and quantiles, as `INPUT_HEADER` has them.
+
+    Numbers of a recording that no table has are in SI. Draws of a posterior are picked together, and have no
+    quantiles here.
+    """
+    rows: list[list] = []
+    for name, marginal in problem.inputs.marginals.items():
+        unit = problem.response.known[name].unit
+        values = np.asarray(marginal.at(SCORES), float)
+        rows.append([name, unit or "SI", marginal.words, *from_si(values, unit or "1", unit == "K")])
+    if problem.inputs.draws is not None:
+        draws = problem.inputs.draws
+        words = f"{len(draws.table):,} joint draws of {', '.join(draws.names)}"
+        rows.append([POSTERIOR, "", words, np.nan, np.nan, np.nan])
+    return rows
 
 
 def shown_column(result: Propagation, name: str) -> int:

@@ -17,12 +17,13 @@ def report_of(result: Propagation) -> Report:
     def of(*begin: str) -> list[Picture]:
         return [picture for picture in drawn if picture.name.startswith(begin)]
 
+    bounds = [text.bounds_sentence(result)] if lost(result) > 0.0 else []
     failures = [limit_table(result)] if problem.study.limits else []
     return Report(
         title=problem.study.name,
         subtitle=problem.response.title,
         verdict=text.verdict(result),
-        warnings=[*problem.notices, *([text.bounds_sentence(result)] if lost(result) > 0.0 else [])],
+        warnings=[*problem.cautions, *problem.notices, *bounds],
         sections=[
             Section("", [problem.study.description]),
             Section("Outputs", [quantity_table(result), *of("band_", "distribution_")]),

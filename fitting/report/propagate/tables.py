@@ -3,10 +3,11 @@
 import numpy as np
 
 from fitting.propagate import Propagation
+from fitting.propagate.problem import Problem
 
 from ..cells import digits_apart, number, told_apart, with_half_width
 from ..table import Table
-from .numbers import exceedances, index_table, lost, shown_column
+from .numbers import exceedances, index_table, input_rows, lost, shown_column
 
 ROW = "A row is the model computed once, with one set of values of all inputs."
 """Sentence on the word for a sample of a study."""
@@ -26,10 +27,16 @@ def quantity_table(result: Propagation) -> Table:
         form = f".{digits_apart(low, high)}g"
         before = number(result.nominal[k], form), number(moments.mean[k], form), number(moments.sd[k], ".4g")
         cells = *before, *(number(x, form) for x in (low, middle, high))
-        rows.append([result.problem.columns.labels[k], *cells])
+        rows.append([result.problem.columns.shown[k], *cells])
     header = ["output", "nominal", "mean", "sd", "5 %", "50 %", "95 %"]
     note = f"Each output where it spreads most; columns.csv has all. {ROW}"
     return Table(header, rows, note)
+
+
+def input_table(problem: Problem) -> Table:
+    """Every input with its unit, its distribution and three of its quantiles."""
+    told = [[*row[:3], *map(number, row[3:])] for row in input_rows(problem)]
+    return Table(["input", "unit", "distribution", "5 %", "50 %", "95 %"], told)
 
 
 def index_tables(result: Propagation) -> list[Table]:
@@ -41,6 +48,7 @@ def index_tables(result: Propagation) -> list[Table]:
         return []
     wanted = result.problem.study.indices.of or [q.name for q in result.problem.columns.quantities]
     labels = result.problem.columns.labels
+    named = dict(zip(labels, result.problem.columns.shown, strict=True))
     shown = {labels[shown_column(result, name)] for name in wanted}
     found: dict[tuple[str, str], dict[str, list]] = {}
     for group, column, name, *numbers in index_table(result)[1]:
@@ -56,7 +64,7 @@ def index_tables(result: Propagation) -> list[Table]:
                 value, low, high, least, most = found[key][kind]
                 cells.append(with_half_width(value, high - value, 3))
                 cells += [f"{number(least, '.2f')} to {number(most, '.2f')}"] if left_out else []
-            rows.append([f"{key[1]} on {column}", *cells])
+            rows.append([f"{key[1]} on {named[column]}", *cells])
     header = [cell for kind in kinds for cell in (kind, *((IF_ALL,) if left_out else ()))]
     note = "95 % intervals of the bootstrap."
     groups = len(result.problem.groups)
@@ -71,7 +79,8 @@ def limit_table(result: Propagation) -> Table:
     """Table of the failure probability of each limit, by counting."""
     rows = [
         [
-            e.limit, f"{e.probability[-1]:.4g}", " to ".join(told_apart(e.low[-1], e.high[-1], least=3)),
+            result.problem.columns.limit(e.limit), f"{e.probability[-1]:.4g}",
+            " to ".join(told_apart(e.low[-1], e.high[-1], least=3)),
             " to ".join(told_apart(*e.bounds, least=3)) if lost(result) else "every row has one",
         ]
         for e in exceedances(result)

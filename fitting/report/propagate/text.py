@@ -1,5 +1,7 @@
 """The sentences of a report on a propagated study, and the preview of its plan."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from fitting.inference.notes import joined
@@ -12,8 +14,9 @@ from pneusma_jax.actuator.result import solved
 from pneusma_jax.errors import counted
 
 from ..cells import digits_apart, number, told_apart, with_half_width
-from ..table import Table, table_text
+from ..table import table_text
 from .numbers import bounds_of, exceedances, lost, shown_column
+from .tables import input_table
 
 TELLING = 0.2
 """Minimum distance of two distributions for an input to be named as one that separates failed rows, where
@@ -47,15 +50,21 @@ def verdict(result: Propagation) -> list[str]:
         sentences.append(f"{counted(rest, 'more output is', 'more outputs are')} in the table.")
     for found in exceedances(result):
         sentences.append(
-            f"{found.limit}: in {_percent(found.probability[-1])} of rows, "
+            f"{problem.columns.limit(found.limit)}: in {_percent(found.probability[-1])} of rows, "
             f"{_percents(found.low[-1], found.high[-1])} (95 %)."
         )
-    sentences += [sentence for rare in result.rare.values() for sentence in rare_sentences(rare)]
+    small = [_with_unit(rare, problem) for rare in result.rare.values()]
+    sentences += [sentence for rare in small for sentence in rare_sentences(rare)]
     if result.summary.indices is not None:
         sentences += _index_sentences(result)
     if failures.count:
         sentences += failure_sentences(result)
     return sentences
+
+
+def _with_unit(rare: RareResult, problem: Problem) -> RareResult:
+    """A small probability whose limit has its unit."""
+    return replace(rare, limit=problem.columns.limit(rare.limit))
 
 
 def _rounded(problem: Problem) -> str:
@@ -73,13 +82,13 @@ def _quantity(result: Propagation, name: str) -> str:
     k = shown_column(result, name)
     low, middle, high = result.quantiles([0.05, 0.5, 0.95])[:, k]
     if not np.isfinite(middle):
-        return f"{result.problem.columns.labels[k]}: no row has a result."
+        return f"{result.problem.columns.shown[k]}: no row has a result."
     nominal = result.nominal[k]
     beside = f", nominal {number(nominal, f'.{digits_apart(low, high)}g')}" if np.isfinite(nominal) else ""
     failures = result.summary.failures
     if failures.count:
         beside += f", of the {_rows(failures.total - failures.count)} with a result"
-    label = result.problem.columns.labels[k]
+    label = result.problem.columns.shown[k]
     if low == high:
         least, most = result.moments.smallest[k], result.moments.largest[k]
         rest = "" if least == most else f", and all between {' and '.join(told_apart(least, most))}"
@@ -112,7 +121,7 @@ def _causes(result: Propagation, shown: int) -> str:
     problem, sums = result.problem, result.summary.indices
     kind = "total" if sums.kind == "sobol" else "shapley"
     found = sums.estimates()[kind]
-    label, j = problem.columns.labels[shown], list(problem.index_columns).index(shown)
+    label, j = problem.columns.shown[shown], list(problem.index_columns).index(shown)
     value, half_width = (numbers[:, j] for numbers in found)
     if not np.any(np.isfinite(value)):
         same = result.moments.smallest[shown] == result.moments.largest[shown]
@@ -246,11 +255,7 @@ def plan_text(problem: Problem) -> str:
         f"  on disk about {_on_disk(problem)}",
         f"  {counted(len(problem.inputs.names), 'input')}:",
     ]
-    rows = [[name, marginal.words] for name, marginal in problem.inputs.marginals.items()]
-    if problem.inputs.draws is not None:
-        draws = problem.inputs.draws
-        rows.append(["posterior", f"{len(draws.table):,} joint draws of {', '.join(draws.names)}"])
-    return "\n".join([*lines, table_text(Table(["input", "distribution"], rows), 4)])
+    return "\n".join([*lines, table_text(input_table(problem), 4)])
 
 
 def _on_disk(problem: Problem) -> str:
@@ -268,6 +273,6 @@ def bounds_sentence(result: Propagation) -> str:
     low, high = (np.format_float_positional(end[0], 4, fractional=False) for end in found.mean)
     return (
         "If every row without a result lay within what was seen, the mean of "
-        f"{result.problem.columns.labels[0]} would be between {low} and {high}. At the widest, 90 % of rows "
+        f"{result.problem.columns.shown[0]} would be between {low} and {high}. At the widest, 90 % of rows "
         f"would be between {' and '.join(told_apart(found.q5_least[0], found.q95_most[0]))}."
     )
