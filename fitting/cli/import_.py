@@ -107,9 +107,10 @@ def import_command(
 ) -> None:
     """Turn raw files of a laboratory into recordings (NAME.csv and NAME.toml).
 
-    SOURCE is a text file (.lvm, too), an .xlsx, .xlsm or .mat, or a folder of them; each test in a file
-    becomes a recording. What was understood is printed: kind, columns, units, ranges, rows dropped and why;
-    lines that begin with "check" are to be looked at. Nothing is written with --preview, nor if any file
+    SOURCE is a text file (.lvm, too), an .xlsx, .xlsm or .mat, or a folder of them (.xls and .ods by the
+    extra workbooks); each test in a file becomes a recording. What was understood is printed: kind, columns,
+    units, ranges, rows dropped and why; lines that begin with "check" are to be looked at. Nothing is
+    written with --preview, nor if any file
     cannot be used, nor if an option is of use for nothing.
     """
     from fitting.data.importers import FORMATS, import_files, left_in_folders, make_options, raw_files

@@ -6,13 +6,17 @@ from pathlib import Path
 from pneusma_jax.errors import InputError, counted
 
 from ..recordings.table import unusable
+from . import other_workbooks
 from .formats import FORMATS
 from .matlab import is_matlab_or_hdf5
 from .names import first_few
 from .parts import Sample, samples_of
 from .raw import open_raw
 
-RAW_ENDINGS = (".csv", ".tsv", ".txt", ".dat", ".asc", ".prn", ".tra", ".lvm", ".xlsx", ".xlsm", ".mat")
+RAW_ENDINGS = (
+    ".csv", ".tsv", ".txt", ".dat", ".asc", ".prn", ".tra", ".lvm", ".xlsx", ".xlsm", ".mat",
+    *(other_workbooks.ENDINGS if other_workbooks.is_read() else ()),
+)  # fmt: skip
 _ABOUT = (
     "license",
     "licence",
@@ -97,7 +101,7 @@ def left_in_folders(sources: Iterable[str | Path]) -> list[str]:
 
 
 def _reason(ending: str) -> str:
-    if ending in (".xls", ".ods"):
-        return f"a workbook in the format {ending}: save it as .xlsx"
+    if ending in other_workbooks.ENDINGS:
+        return f"a workbook in the format {ending}: save it as .xlsx, or {other_workbooks.EXTRA}"
     ending = f"ending {ending}" if ending else "without an ending"
     return f"{ending}, not looked into: name the file to try it"

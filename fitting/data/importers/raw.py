@@ -17,6 +17,7 @@ from pneusma_jax.errors import reason_of
 from ..recordings.table import unusable
 from .matlab import is_matlab_or_hdf5, sheets_of
 from .number_formats import Display, as_text, display_of, one_unit
+from .other_workbooks import other_sheets, other_workbook
 from .workbook_marks import sheet_remarks
 
 # Time, displacement, force, strain, ...: words that show in which code a text is that is in no other one.
@@ -111,8 +112,13 @@ class RawFile:
 
     @property
     def is_workbook(self) -> bool:
-        """True for an Excel workbook (xlsx)."""
-        return self.content[:4] == b"PK\x03\x04"
+        """True for a workbook of any format."""
+        return self.content[:4] == b"PK\x03\x04" or bool(self.other)
+
+    @cached_property
+    def other(self) -> str:
+        """Ending of the format of a workbook other than .xlsx; empty for other files."""
+        return other_workbook(self.content)
 
     @cached_property
     def pages(self) -> list[Page]:
@@ -124,11 +130,11 @@ class RawFile:
         if is_matlab_or_hdf5(self.content):
             found = sheets_of(self.path, self.content)
             return [Page(sheet.name, [], sheet.rows, remarks=tuple(sheet.remarks)) for sheet in found]
-        return _read_sheets(self) if self.is_workbook else [Page("", self._lines())]
+        if not self.is_workbook:
+            return [Page("", self._lines())]
+        return filled(self.path, _other_pages(self) if self.other else _read_sheets(self))
 
     def _lines(self) -> list[str]:
-        if self.content[:4] == b"\xd0\xcf\x11\xe0":
-            raise unusable(self.path, "this is an old Excel file (.xls); save it as .xlsx or .csv")
         for start, what in _OTHERS.items():
             if self.content.startswith(start):
                 raise unusable(self.path, f"this is {what}, not a table of text; export it as .csv or .xlsx")
@@ -240,7 +246,7 @@ def formulas_without_values(raw: RawFile, sheet: str | None = None, rows: Collec
         sheet: name of the only sheet to look at; all sheets by default.
         rows: numbers of the rows to look at, from 1; all rows by default.
     """
-    if not raw.is_workbook:
+    if not raw.is_workbook or raw.other:
         return ""
     import openpyxl  # as below
 
@@ -309,6 +315,13 @@ def _page_of(sheet: Any) -> Page:
     )
 
 
+def _other_pages(raw: RawFile) -> list[Page]:
+    """Sheets of a workbook in another format than .xlsx."""
+    _check_size(raw)
+    found = other_sheets(raw.path, raw.content)
+    return [Page(name, [], rows, hidden, (remark,)) for name, hidden, rows, remark in found]
+
+
 def _read_sheets(raw: RawFile) -> list[Page]:
     _check_size(raw)
     import openpyxl  # slow to import, and most files are text
@@ -325,6 +338,15 @@ def _read_sheets(raw: RawFile) -> list[Page]:
         raise unusable(
             raw.path, f"this is not an Excel workbook that can be read ({reason_of(error)})"
         ) from None
+    return sheets
+
+
+def filled(path: Path, sheets: list[Page]) -> list[Page]:
+    """Sheets with a filled cell, their rows without trailing empty ones.
+
+    Raises:
+        InputError: if there is none.
+    """
     pages = []
     for page in sheets:
         for row in page.rows or ():
@@ -333,5 +355,5 @@ def _read_sheets(raw: RawFile) -> list[Page]:
         if any(page.rows or ()):
             pages.append(page)
     if not pages:
-        raise unusable(raw.path, "the workbook has no filled sheet")
+        raise unusable(path, "the workbook has no filled sheet")
     return pages
