@@ -79,6 +79,11 @@ from ._common import FINITE
 @click.option(
     "--interval", "interval_s", type=FINITE, metavar="S", help="Seconds between rows of a file without clock."
 )
+@click.option(
+    "--speed",
+    metavar="10mm/min",
+    help="Constant speed of a machine whose file has no displacement: it is made of the clock, of one ramp.",
+)
 @click.option("--licence", help="Who may use these numbers, and how; not needed for numbers of your own.")
 @click.option("--citation", help="Who measured them.")
 @click.option(

@@ -16,6 +16,7 @@ from .assemble import Facts, assemble
 from .channels import channels_of, in_unit, named_channels, with_options
 from .circuit import VOLTAGES, resistance_named
 from .columns_aside import notices_of_columns_aside
+from .crosshead_speed import with_displacement
 from .derive import METAL_MPA
 from .format import Format
 from .header_lines import lines_unread
@@ -54,7 +55,7 @@ def read(sample: Sample, options: Options) -> Recording:
     """A recording of the stated kind, or of the kind that the quantities fit."""
     grid = sample.require_grid()
     notices: list[str] = list(grid.notices)
-    channels = channels_of(sample, options, notices)
+    channels = with_displacement(channels_of(sample, options, notices), sample, options, notices)
     kind = options.kind or _kind(sample, with_options(channels, options), options)
     if not options.kind:
         notices.append(_taken_as(kind, sample, channels, options))
@@ -189,7 +190,10 @@ def _hints(available: set[str], channels: dict[str, Channel]) -> str:
         label = channels["pressure"].label if "pressure" in channels else "..."
         near.append(if_a_stress(label))
     if {"force", "time"} <= available and not available & {"strain", "elongation", "length"}:
-        near.append("of a coupon, a wire or a spring the strain or the elongation is missing")
+        near.append(
+            "of a coupon, a wire or a spring the strain or the elongation is missing (of one ramp at constant"
+            " speed: --speed 10mm/min)"
+        )
     if {"strain", "temperature"} <= available and "stress" not in available:
         near.append("of a wire the stress is missing: if it did not change, --constant stress_MPa=...")
     if {"force", "elongation"} <= available and not available & {"strain", "stress"}:

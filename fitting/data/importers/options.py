@@ -1,11 +1,12 @@
 """Options of an import: statements of the user that the file lacks, parsed and checked."""
 
 import math
+import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 
 from pneusma_jax.errors import InputError, nearest
-from pneusma_jax.units import UNITS, dimension_of, suggested_unit
+from pneusma_jax.units import UNITS, dimension_of, suggested_unit, to_si
 
 from ..recordings import schema
 from ..recordings.columns import written_unit
@@ -72,6 +73,7 @@ class Options:
         rows: ranges of the rows that are kept, by the name of the test; under an empty name for the only one.
         sheet: name or number of the only sheet to read.
         interval_s: seconds between samples, for files without a clock.
+        speed: constant speed of a machine's crosshead, and as it was written; None for none [m/s].
         licence, citation, specimen, role: entries of the sidecar.
         successive: true if the files hold tests of one specimen, one after the other, that are one recording.
     """
@@ -90,6 +92,7 @@ class Options:
     rows: RowChoice = field(default_factory=dict)
     sheet: str | None = None
     interval_s: float | None = None
+    speed: tuple[float, str] | None = None
     licence: str | None = None
     citation: str | None = None
     specimen: str | None = None
@@ -111,6 +114,7 @@ class Options:
             else []
         )
         pairs += [("--slack", "")] if self.slack is not None else []
+        pairs += [("--speed", "")] if self.speed is not None else []
         return pairs + ([("--interval", "")] if self.interval_s is not None else [])
 
     def mends(self) -> bool:
@@ -120,6 +124,7 @@ class Options:
             or self.constants
             or self.subtracted
             or self.compression
+            or self.speed
             or self.rows
             or self.slack not in (None, "keep", "fit")
         )
@@ -145,6 +150,7 @@ def make_options(
     rows: Iterable[str] = (),
     sheet: str | None = None,
     interval_s: float | None = None,
+    speed: str | None = None,
     licence: str | None = None,
     citation: str | None = None,
     specimen: str | None = None,
@@ -192,6 +198,7 @@ def make_options(
         rows=parse_rows(rows),
         sheet=sheet,
         interval_s=interval_s,
+        speed=None if speed is None else _speed(speed),
         licence=licence,
         citation=citation,
         specimen=specimen,
@@ -213,6 +220,25 @@ def _pairs(option: str, texts: Iterable[str], names: tuple[str, ...]) -> list[tu
             raise InputError(f"{option} {name} is given twice; keep one")
         pairs[name] = value.strip("\"'")
     return list(pairs.items())
+
+
+def _speed(text: str) -> tuple[float, str]:
+    """Speed of a crosshead [m/s] from a text such as `10 mm/min`, and the text.
+
+    Raises:
+        InputError: if it is no positive number with a length over a time.
+    """
+    found = re.fullmatch(r"\s*([-+.\deE]+)\s*(\w+)\s*/\s*(\w+)\s*", text)
+    number, length, time = found.groups() if found else ("", "", "")
+    units = unit_name(length), unit_name(time)
+    known = all(unit in UNITS for unit in units) and list(map(dimension_of, units)) == ["length", "time"]
+    try:
+        value = float(number) * to_si(1.0, units[0]) / to_si(1.0, units[1]) if known else math.nan
+    except ValueError:
+        value = math.nan
+    if not (math.isfinite(value) and value > 0.0):
+        raise InputError(f"--speed {text}: must be a positive number of a length over a time, e.g. 10mm/min")
+    return float(value), f"{number} {length}/{time}"
 
 
 def _slack(text: str | None) -> str | float | None:

@@ -19,6 +19,8 @@ def mark_used(making: Making, columns: dict) -> None:
     }
     raw = (sources & making.raw) | making.sources
     derived = sources & making.channels.keys()  # a constant is no channel, and nothing scales it
+    if making.options.speed is not None and "elongation" in raw | derived:
+        making.use("--speed")
     for option, table, used in (
         ("--map", making.options.columns, raw), ("--unit", making.options.units, raw),
         ("--scale", making.options.scales, raw | derived),
@@ -72,6 +74,8 @@ def _why(making: Making, option: str, name: str) -> str:
             f"{text}: no voltage is converted to a resistance here (name one with --map voltage=..., kind"
             " spring or actuator)"
         )
+    if option == "--speed":
+        return f"{text}: a recording of kind {kind} is made of no displacement here; leave the option out"
     if option == "--interval":
         return f"{text}: the file has a clock of its own, or needs none; leave the option out"
     if option == "--slack" and kind == "wire":
