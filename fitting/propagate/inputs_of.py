@@ -18,6 +18,7 @@ from pneusma_jax.units import UNITS, dimension_of, suggested_unit, to_si
 
 from .distributions import Gaussian, Marginal, from_scipy
 from .inputs import Draws, Inputs, copula_of, correlation_matrix
+from .possible import check_possible, doubts
 from .reading import number_in
 from .responses import NOISE, Known, Response
 from .study import Study
@@ -65,7 +66,11 @@ def inputs_of(study: Study, response: Response) -> tuple[Inputs, list[str]]:
     marginals = _marginals_of_priors(study, known)
     notices += _drop_tied(marginals, study, response)
     marginals |= _marginals_of_tolerances(study, known)
-    marginals |= {name: _marginal(entry, name, known[name], study) for name, entry in study.inputs.items()}
+    stated = {name: _marginal(entry, name, known[name], study) for name, entry in study.inputs.items()}
+    for name in (name for name in stated if known[name].table):  # other numbers may have any name
+        check_possible(stated[name], name, known[name].unit or "1", f"{study.path}: [input.{name}]")
+        notices += doubts(stated[name], name, known[name].unit or "1")
+    marginals |= stated
     if NOISE in known and study.noise:
         marginals[NOISE] = from_scipy("uniform", {"loc": 0.0, "scale": 1.0}, "1", str(study.path))
     if draws is not None:
@@ -87,7 +92,12 @@ def _check_names(study: Study, known: Mapping[str, Known], in_file: Sequence[str
     for name in (*study.inputs, *vary.tolerance):
         if name in vary.leave_out and in_file is None:  # with one, the input replaces the draws left out
             raise InputError(f"{study.path}: [vary] leave_out has {name!r}, which varies by itself; keep one")
+    stems = {name.partition(MARK)[0] for name in in_file or ()}
     of_model = [name for name in vary.leave_out if name not in (in_file or ())]
+    for name in of_model:
+        prior = name in known and known[name].prior is not None and known[name].table in vary.priors
+        if name in known and name not in stems and not prior:
+            raise InputError(f"{study.path}: [vary] leave_out has {name!r}, which does not vary: drop it")
     for name in (*study.inputs, *vary.tolerance, *of_model):
         if name == NOISE and name in known:
             raise InputError(f"{study.path}: {name!r} is drawn by [noise] already; leave it out here")
@@ -129,6 +139,9 @@ def _marginals_of_tolerances(study: Study, known: Mapping[str, Known]) -> dict[s
             raise InputError(f"{study.path}: [vary] tolerance: {name} is 0, of which there is no share")
         sd = relative * abs(value)
         marginals[name] = Gaussian(value, sd, value - CUT * sd, value + CUT * sd)
+        if known[name].table:
+            where = f"{study.path}: [vary] tolerance of {name}"
+            check_possible(marginals[name], name, known[name].unit or "1", where)
     return marginals
 
 

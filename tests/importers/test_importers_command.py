@@ -4,6 +4,7 @@ import pytest
 from click.testing import CliRunner
 
 from fitting.cli.import_ import import_command
+from fitting.data.importers import folders, other_workbooks
 from fitting.data.recordings import read_recording
 from pneusma_jax.errors import InputError
 
@@ -99,8 +100,9 @@ def test_dimensions_of_a_spring_go_into_the_sidecar(put, tmp_path):
     assert "wire_diameter_mm" in message
 
 
-def test_what_a_folder_holds_besides_is_named(tmp_path):
-    """Other endings, old workbooks and folders; a licence and hidden files are no data."""
+def test_what_a_folder_holds_besides_is_named(tmp_path, monkeypatch):
+    """Other endings, old workbooks without their library, and folders; a licence and hidden files are no data."""
+    monkeypatch.setattr(folders, "RAW_ENDINGS", tuple({*folders.RAW_ENDINGS} - {*other_workbooks.ENDINGS}))
     table = "Strain (%),Stress (kPa)\n" + "".join(f"{k},{3 * k}\n" for k in range(9))
     bench = tmp_path / "bench"
     (bench / "day two" / "deep").mkdir(parents=True)
@@ -113,7 +115,7 @@ def test_what_a_folder_holds_besides_is_named(tmp_path):
     assert result.exit_code == 0
     left = [line for line in result.output.splitlines() if line.startswith("check: left aside")]
     assert len(left) == 4
-    assert any("old.xls (a workbook in the format .xls: save it as .xlsx)" in line for line in left)
+    assert any("old.xls (a workbook in the format .xls: save it as .xlsx, or pip install" in line for line in left)
     assert any("1.jpg, 2.jpg, 3.jpg, ... (ending .jpg, not looked into" in line for line in left)
     assert any("day two, a folder with 2 text files or workbooks: name it" in line for line in left)
     assert any("log (without an ending, not looked into: name the file to try it)" in line for line in left)

@@ -1,0 +1,53 @@
+"""Whether a distribution of an input gives numbers that can be: positive sizes, in the unit that is meant."""
+
+from fitting.specimens.rows import MARK
+from pneusma_jax.calibration.keys import POSITIVE
+from pneusma_jax.calibration.plausible import implausible, unusual
+from pneusma_jax.errors import InputError
+from pneusma_jax.units import amount, dimension_of, from_si
+
+from .distributions import Marginal
+from .inputs import normal_scores
+
+KELVIN = "K"
+"""Unit of differences of temperature, which have no zero to be shifted."""
+
+
+def check_possible(marginal: Marginal, name: str, unit: str, where: str) -> None:
+    """Refuse a distribution that reaches zero where only positive numbers can be, or is in another unit.
+
+    A row with a negative size may have an equilibrium, which is that of no specimen.
+
+    Args:
+        marginal: distribution of the input.
+        name: its name.
+        unit: its unit in files.
+        where: file and table, for messages.
+
+    Raises:
+        InputError: with the number that it reaches, or the unit that may be meant.
+    """
+    key = _key(name)
+    if why := implausible(key, dimension_of(unit), _shown(marginal, 0.0, unit), unit):
+        raise InputError(f"{where}: the median: {why}")
+    least = _shown(marginal, float(normal_scores(0.0)), unit)
+    if key in POSITIVE and least <= 0.0:
+        raise InputError(
+            f"{where}: the distribution reaches {amount(f'{least:.3g}', unit)}, but {name} must be positive; "
+            f"state min in [input.{name}], or a distribution without such values, such as 'lognorm'"
+        )
+
+
+def doubts(marginal: Marginal, name: str, unit: str) -> list[str]:
+    """A question about a distribution whose median is far from usual; none for others."""
+    why = unusual(_key(name), dimension_of(unit), _shown(marginal, 0.0, unit), unit)
+    return [f"[input.{name}]: the median: {why}"] if why else []
+
+
+def _key(name: str) -> str:
+    """Name of a number in its table, without the table and the specimen."""
+    return name.rpartition(".")[2].partition(MARK)[0]
+
+
+def _shown(marginal: Marginal, score: float, unit: str) -> float:
+    return float(from_si(marginal.at(score), unit, unit == KELVIN))

@@ -1,0 +1,56 @@
+"""Distributions of inputs that no specimen has are refused; names that do not vary cannot be left out."""
+
+import numpy as np
+import pytest
+
+import pneusma_jax as pj
+from fitting.propagate import build_problem, read_study
+from pneusma_jax.errors import InputError
+
+pj.enable_float64()
+STATE = """
+schema = "pneusma-study/1"
+name = "state"
+[model]
+through = "state"
+design = "pneusma2"
+pressure_kPa = 30.0
+"""
+WIDE = '[input.G_m]\nmean = 3.0\nsd = 1.0\nunit = "GPa"\n'
+
+
+def problem_of(write, more):
+    return build_problem(read_study(write(STATE + more)))
+
+
+@pytest.mark.parametrize(("more", "said"), [
+    (WIDE, "[input.G_m]: the distribution reaches -3.44 GPa, but G_m must be positive; state min in [input.G_m]"),
+    ('[input.length]\nlow = -1.0\nhigh = 60.0\nunit = "mm"\n', "[input.length]: the distribution reaches -1 mm"),
+    ("[vary]\ntolerance = {length = 0.3}\n", "[vary] tolerance of length: the distribution reaches -11."),
+    ('[input.wire_diameter]\nlow = 0.3\nhigh = 0.5\nunit = "m"\n', "the median: 400 mm cannot be"),
+    ('[vary]\nleave_out = ["G_m"]\ntolerance = {length = 0.02}\n', "leave_out has 'G_m', which does not vary: drop it"),
+    ('[vary]\npriors = ["actuator"]\nleave_out = ["G_m"]\n', "leave_out has 'G_m', which does not vary: drop it"),
+])  # fmt: skip
+def test_what_no_specimen_has_is_refused(write, more, said):
+    """Rows with negative lengths or moduli had results, and counted."""
+    with pytest.raises(InputError) as refused:
+        problem_of(write, more)
+    assert said in str(refused.value) and "\n" not in str(refused.value)
+
+
+@pytest.mark.parametrize("more", [
+    f"{WIDE}min = 0.5\n",
+    '[input.G_m]\ndistribution = "lognorm"\ns = 0.5\nscale = 3.0\n',
+    '[input.prestrain]\nmean = 0.0\nsd = 0.1\n',
+    '[vary]\npriors = true\nleave_out = ["poisson_ratio"]\n',
+])  # fmt: skip
+def test_what_a_specimen_may_have_is_drawn(write, more):
+    problem = problem_of(write, more)
+    ends = [marginal.at(np.array([-6.0, 6.0])) for name, marginal in problem.inputs.marginals.items() if name == "G_m"]
+    assert problem.inputs.marginals and all(end[0] > 0.0 for end in ends)
+
+
+def test_a_median_far_from_usual_is_asked_about(write):
+    (asked,) = problem_of(write, '[input.G_m]\nmean = 3e9\nsd = 3e8\nunit = "GPa"\n').notices
+    assert asked.startswith("[input.G_m]: the median: 3e+09 GPa is unusual")
+    assert not problem_of(write, '[input.G_m]\nmean = 3.0\nsd = 0.3\nunit = "GPa"\n').notices
