@@ -51,6 +51,7 @@ from .states import read_states
 from .study import Study
 from .uncertain import Sampler, sampler_of
 from .unknown import read_uncertainty
+from .useless import check_alloy, check_tolerances
 from .wanted import read_constraints, read_objectives
 
 SCHEMA = "pneusma-study/1"
@@ -122,6 +123,8 @@ def _study(document: dict[str, Any], path: Path) -> Study:
     uncertainty = None
     if "uncertainty" in document:
         uncertainty = read_uncertainty(document["uncertainty"], plans, path)
+        check_tolerances(uncertainty, free, plans, path)
+    check_alloy(document, uncertainty.priors if uncertainty else (), plans, path)
     study = Study(
         name=_name(document, path),
         path=path,
