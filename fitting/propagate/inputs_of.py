@@ -18,7 +18,7 @@ from pneusma_jax.units import UNITS, dimension_of, suggested_unit, to_si
 
 from .distributions import Gaussian, Marginal, from_scipy
 from .inputs import Draws, Inputs, copula_of, correlation_matrix
-from .possible import check_possible, doubts
+from .possible import check_possible, doubts, lowest_score
 from .reading import number_in
 from .responses import NOISE, Known, Response
 from .study import Study
@@ -68,7 +68,8 @@ def inputs_of(study: Study, response: Response) -> tuple[Inputs, list[str]]:
     marginals |= _marginals_of_tolerances(study, known)
     stated = {name: _marginal(entry, name, known[name], study) for name, entry in study.inputs.items()}
     for name in (name for name in stated if known[name].table):  # other numbers may have any name
-        check_possible(stated[name], name, known[name].unit or "1", f"{study.path}: [input.{name}]")
+        where = f"{study.path}: [input.{name}]"
+        check_possible(stated[name], name, known[name].unit or "1", where, lowest_score(study))
         notices += doubts(stated[name], name, known[name].unit or "1")
     marginals |= stated
     if NOISE in known and study.noise:
@@ -141,7 +142,7 @@ def _marginals_of_tolerances(study: Study, known: Mapping[str, Known]) -> dict[s
         marginals[name] = Gaussian(value, sd, value - CUT * sd, value + CUT * sd)
         if known[name].table:
             where = f"{study.path}: [vary] tolerance of {name}"
-            check_possible(marginals[name], name, known[name].unit or "1", where)
+            check_possible(marginals[name], name, known[name].unit or "1", where, lowest_score(study))
     return marginals
 
 

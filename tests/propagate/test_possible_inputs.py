@@ -24,7 +24,7 @@ def problem_of(write, more):
 
 
 @pytest.mark.parametrize(("more", "said"), [
-    (WIDE, "[input.G_m]: the distribution reaches -3.44 GPa, but G_m must be positive; state min in [input.G_m]"),
+    (WIDE, "[input.G_m]: the distribution reaches -1.75 GPa, but G_m must be positive; state min in [input.G_m]"),
     ('[input.length]\nlow = -1.0\nhigh = 60.0\nunit = "mm"\n', "[input.length]: the distribution reaches -1 mm"),
     ("[vary]\ntolerance = {length = 0.3}\n", "[vary] tolerance of length: the distribution reaches -11."),
     ('[input.wire_diameter]\nlow = 0.3\nhigh = 0.5\nunit = "m"\n', "the median: 400 mm cannot be"),
@@ -43,11 +43,18 @@ def test_what_no_specimen_has_is_refused(write, more, said):
     '[input.G_m]\ndistribution = "lognorm"\ns = 0.5\nscale = 3.0\n',
     '[input.prestrain]\nmean = 0.0\nsd = 0.1\n',
     '[vary]\npriors = true\nleave_out = ["poisson_ratio"]\n',
+    '[input.G_m]\nmean = 3.0\nsd = 0.6\nunit = "GPa"\n',
 ])  # fmt: skip
 def test_what_a_specimen_may_have_is_drawn(write, more):
     problem = problem_of(write, more)
-    ends = [marginal.at(np.array([-6.0, 6.0])) for name, marginal in problem.inputs.marginals.items() if name == "G_m"]
+    ends = [marginal.at(np.array([-4.5, 6.0])) for name, marginal in problem.inputs.marginals.items() if name == "G_m"]
     assert problem.inputs.marginals and all(end[0] > 0.0 for end in ends)
+
+
+def test_a_search_far_out_meets_numbers_that_no_row_does(write):
+    far = '[[limit]]\non = "curvature_1pm"\nabove = 50.0\n[rare]\n'
+    with pytest.raises(InputError, match="the distribution reaches -0.8"):
+        problem_of(write, '[input.G_m]\nmean = 3.0\nsd = 0.6\nunit = "GPa"\n' + far)
 
 
 def test_a_median_far_from_usual_is_asked_about(write):
