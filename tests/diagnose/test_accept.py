@@ -7,6 +7,7 @@ import pytest
 from linear_world import CONSTANT, DELAY, fast
 
 from fitting.diagnose.fit.evidence import evidence
+from fitting.diagnose.fit.prediction import Loss
 from fitting.diagnose.fit.refit import Refitter, absent
 from fitting.diagnose.search.explain import explain
 from fitting.diagnose.search.steps import Explanation
@@ -105,7 +106,56 @@ def test_a_set_that_predicts_better_stays():
 def test_a_rise_counts_beyond_chance_and_beyond_what_left_out_parts_gain(after, values, worse):
     found, _ = explained((2.0, 4.0))
     found.named.left_out, found.steps[0].left_out = 0.95, 6.2
-    assert contradicts(found, 0.5 * values * (after - 1.07)) is worse
+    assert contradicts(found, Loss(0.5 * values * 1.07, 0.5 * values * after, values)) is worse
+
+
+@pytest.mark.parametrize(("before", "after", "worse"), [
+    (1.0, 2.9, False),  # less than two variances of the noise
+    (1.0, 4.0, True),
+    (100.0, 107.0, False),  # less than a tenth of it
+    (100.0, 400.0, True),
+])  # fmt: skip
+def test_no_gain_of_fitted_recordings_outweighs_a_clear_loss(before, after, worse):
+    found, _ = explained((2.0, 4.0))
+    found.named.left_out, found.steps[0].left_out = 0.95, 1e6
+    assert contradicts(found, Loss(0.5 * 130.0 * before, 0.5 * 130.0 * after, 130.0)) is worse
+
+
+def strong(reach, wrong):
+    """What is accepted of a strong effect that all but the validation recordings show.
+
+    Args:
+        reach: factor on what it does in validation recordings, by the model.
+        wrong: share by which its form in the fitted recordings is not nature's.
+
+    Returns:
+        The explanation and its notes; reduced chi-square of validation recordings, without it and with it.
+    """
+    rng = np.random.default_rng(6)
+    world = fast(recordings=6, roles=("fit",) * 4 + ("validation",) * 2)
+    world.effects[DELAY][:4] *= 10.0
+    world.effects[DELAY][4:] *= 10.0 * reach
+    y = world.truth(rng, **{DELAY: 4.0})
+    y[:4] += 40.0 * wrong * rng.standard_normal((4, 60))
+    found = explain(world.program(y), rng)
+    y[4:] = world.truth(rng)[4:]
+    found = in_other_recordings(found, world.program(y))
+    assert found.final.slugs == (DELAY,)
+    before, after = Scores().held_out(found)
+    return *accepted(found, Scores()), before.reduced_chi2, after.reduced_chi2
+
+
+def test_a_name_with_which_validation_is_four_times_worse_is_taken_back_whatever_fitted_ones_gain():
+    """They gain 1,600 noise variances a value, so that the loss is less than 5 % of it."""
+    explanation, said, before, after = strong(0.07, 0.0)
+    assert after > 4.0 * before
+    assert explanation.final.slugs == () and "rises from a reduced chi-square of" in said[0]
+
+
+def test_a_name_stays_with_which_validation_is_missed_by_as_much_as_its_form_leaves_elsewhere():
+    explanation, said, before, after = strong(0.07, 0.1)
+    assert after > 4.0 * before
+    assert explanation.final.slugs == (DELAY,) and not said
 
 
 @pytest.mark.parametrize(("seed", "first"), [(7, "name"), (5, "name"), (6, "name"), (3, "unmodelled")])

@@ -10,7 +10,7 @@ itself, and the numbers that the first order about it promises. The least object
 fit itself ends, or where this one ends without the further recordings. Neither needs to be the best minimum.
 """
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -25,6 +25,35 @@ from .refit import Fit, Refitter, Shown
 optimize = Late("scipy.optimize")
 
 OPTIMISER = DEFAULT.optimiser
+
+
+@dataclass(frozen=True)
+class Loss:
+    """Values that were not fitted, under a model with effects and under the best one with fewer.
+
+    Attributes:
+        fewer, named: negative log predictive densities of both models, less constants [nat].
+        values: number of values.
+    """
+
+    fewer: float
+    named: float
+    values: float
+
+    @property
+    def nats(self) -> float:
+        """Log predictive density that the effects cost [nat]."""
+        return self.named - self.fewer
+
+    @property
+    def before(self) -> float:
+        """Predictive reduced chi-square without the effects, open numbers included [1]."""
+        return 2.0 * self.fewer / max(self.values, 1.0)
+
+    @property
+    def growth(self) -> float:
+        """Growth of the predictive reduced chi-square by the effects, open numbers included [1]."""
+        return 2.0 * self.nats / max(self.values, 1.0)
 
 
 def predictive_chi_square(

@@ -2,12 +2,12 @@
 
 A set is named if every one of its effects is needed beside the others. Its evidence over the set without it
 must be enough, also less what noise of inputs explains. Drift must not explain it better. It must predict
-fitted recordings that are left out in turn, and must not make validation recordings worse. A further effect
-must remove a large share of what the others leave. For the imperfect form of a true effect leaves a
-remainder, which another effect fits in part. It must remove a share of the whole misfit, too, unless the set
-leaves no more than noise. Where the others leave about noise, it must explain 0.25 % of the evidence. A form
-that is right to 5 % of its size leaves as much. Only the strongest effect may end at a bound, unless the set
-leaves no more than noise.
+fitted recordings that are left out in turn, and must not make validation recordings worse. What fitted
+recordings gain outweighs a faint loss there, but no clear one. A further effect must remove a large share of
+what the others leave. For the imperfect form of a true effect leaves a remainder, which another effect fits
+in part. It must remove a share of the whole misfit, too, unless the set leaves no more than noise. Where the
+others leave about noise, it must explain 0.25 % of the evidence. A form that is right to 5 % of its size
+leaves as much. Only the strongest effect may end at a bound, unless the set leaves no more than noise.
 
 A set of which no part would be named alone must explain the misfit down to the noise, or nearly all of it.
 Otherwise it is named only before a set of less evidence that leaves more. So is one with a further effect at
@@ -24,7 +24,7 @@ from ..fit.cross_validation import HeldOutScores, gain
 from ..fit.evidence import evidence, inflation_of, log_likelihood
 from ..fit.instrument_drift import instrument_parts
 from ..fit.misfit import floor, limit_of, reduced, spread
-from ..fit.prediction import negative_log_predictive_density, predictive_chi_square
+from ..fit.prediction import Loss, negative_log_predictive_density, predictive_chi_square
 from ..fit.refit import Fit, at_its_bound
 from ..settings import DEFAULT
 from .pool import Pool
@@ -226,22 +226,38 @@ def kept_of(program: Program, base: Fit, fit: Fit) -> float:
 
 def loses(program: Program, rest: Fit, fit: Fit, gained: float, inflation: float) -> bool:
     """True if validation recordings contradict a further effect, by more than left-out ones may outweigh."""
-    lost = negative_log_predictive_density(program, fit, program.unseen)
-    lost -= negative_log_predictive_density(program, rest, program.unseen)
-    return outweighs(program, lost, gained, inflation)
+    fewer, named = (negative_log_predictive_density(program, f, program.unseen) for f in (rest, fit))
+    loss = Loss(fewer, named, program.observations(program.unseen))
+    return counts(program, fit, loss, gained, inflation)
 
 
-def outweighs(program: Program, lost: float, gained: float, inflation: float) -> bool:
-    """True if values that were not fitted lose more than chance makes, and than left-out parts outweigh.
+def counts(program: Program, fit: Fit, loss: Loss, gained: float, inflation: float) -> bool:
+    """True if values that were not fitted lose by effects what neither chance nor an imperfect form explains.
+
+    Left-out parts of fitted recordings outweigh a loss that is a small share of what they gain. They do not
+    outweigh a clear one, see `clear`.
 
     Args:
         program: program of the campaign.
-        lost: their loss of log-likelihood, not deflated [nat].
+        fit: model with the effects.
+        loss: of values that were not fitted.
         gained: gain in the reduced chi-square of fitted values that were left out in turn.
         inflation: inflation of variances [1], see `inflation_of`.
     """
-    outweighed = SHARE.small * log_likelihood(program, gained)
-    return lost / inflation > EVIDENCE.minimum_difference and lost > outweighed
+    if loss.nats / inflation <= EVIDENCE.minimum_difference:
+        return False
+    return loss.nats > SHARE.small * log_likelihood(program, gained) or clear(program, fit, loss)
+
+
+def clear(program: Program, fit: Fit, loss: Loss) -> bool:
+    """True if values that were not fitted are predicted clearly worse, whatever fitted recordings gain.
+
+    They are if the reduced chi-square grows by more than `excess.clear`, and by more than a tenth. Drift
+    within the noise explains less. The imperfect form of a true effect may leave as much in other recordings
+    as in fitted ones, so that is not counted.
+    """
+    left = max(reduced(program, fit, program.fitted) - 1.0, 0.0)
+    return loss.growth > max(EXCESS.clear + left, SHARE.alike * loss.before)
 
 
 def leaves_more(program: Program, fit: Fit, left_out: float = np.nan) -> bool:

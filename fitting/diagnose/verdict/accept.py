@@ -6,8 +6,9 @@ from pneusma_jax.effects import CATALOGUE
 
 from ..fit.evidence import inflation_of
 from ..fit.misfit import accurate
+from ..fit.prediction import Loss
 from ..fit.refit import Fit
-from ..search.decision import kept_of, leaves_more, outweighs
+from ..search.decision import counts, kept_of, leaves_more
 from ..search.pool import without
 from ..search.steps import Explanation, Named
 from ..settings import DEFAULT
@@ -69,15 +70,15 @@ def _with_names_of(explanation: Explanation, fit: Fit) -> Explanation:
     return fewer
 
 
-def contradicts(explanation: Explanation, lost: float) -> bool:
+def contradicts(explanation: Explanation, loss: Loss) -> bool:
     """True if held-out values contradict the effects, by more than chance and than left-out parts outweigh.
 
     A validation recording in which an effect hardly acts is missed a little more or less by chance.
 
     Args:
         explanation: result of a search.
-        lost: log predictive density of held-out values that the effects cost, see `Scores.lost`.
+        loss: of held-out values by the effects, see `Scores.lost`.
     """
     program, parts = explanation.program, explanation.left_out
     fell = parts[0] - parts[1] if parts[0] > parts[1] else 0.0  # also where they are NaN, not computed
-    return outweighs(program, lost, fell, inflation_of(program, explanation.final))
+    return counts(program, explanation.final, loss, fell, inflation_of(program, explanation.final))

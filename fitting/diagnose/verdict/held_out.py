@@ -12,7 +12,7 @@ from pneusma_jax.units import from_si
 from ..evaluate.evaluation import Evaluation
 from ..evaluate.program import Program
 from ..fit.cross_validation import Masks, folds
-from ..fit.prediction import negative_log_predictive_density, predictive_chi_square
+from ..fit.prediction import Loss, negative_log_predictive_density, predictive_chi_square
 from ..fit.refit import Fit, Refitter
 from ..search.steps import Explanation
 from ..settings import DEFAULT
@@ -113,8 +113,8 @@ class Scores:
 
         return _score(program, run_parallel(averaged_over, enumerate(outs)), names, how)
 
-    def lost(self, program: Program, fit: Fit, others: Sequence[Fit]) -> float:
-        """Log predictive density of values not fitted by which the best of other models is ahead [nat].
+    def lost(self, program: Program, fit: Fit, others: Sequence[Fit]) -> Loss:
+        """Values that were not fitted, under a model and under the best of others.
 
         Numbers that a fit leaves open may decide in a recording that it has not seen. Its prediction is then
         as uncertain as they are. Parts of one recording are predicted closely: the misfit alone counts there.
@@ -125,13 +125,14 @@ class Scores:
             others: the base model, and models with fewer effects.
         """
         fits = [fit, *others]
+        count = program.observations(program.unseen)
         if not program.fitted.all():
             values = [negative_log_predictive_density(program, f, program.unseen) for f in fits]
         elif len(program.recordings) == 1:
             values = [0.5 * one.values * one.reduced_chi2 for one in (self._alone(program, f) for f in fits)]
         else:
             values = [self._surprise(program, f) for f in fits]
-        return values[0] - min(values[1:])
+        return Loss(min(values[1:]), values[0], count)
 
     def _alone(self, program: Program, fit: Fit) -> HeldOut:
         """Score of one model."""
