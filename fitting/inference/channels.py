@@ -9,8 +9,8 @@ import numpy as np
 
 from fitting.data.recordings import Recording
 
-from .noise import GAUSSIAN_MAD, dithered
-from .readings import noise_found, read_values
+from .noise import GAUSSIAN_MAD, dithered, rounding_noise
+from .readings import noise_found, read_values, stated_noise
 
 CORRELATED = 0.25
 """Minimum serial correlation that counts; short recordings resolve no less."""
@@ -85,7 +85,7 @@ def channel_weight(
     finite = np.isfinite(values)
     if not finite.any():
         return np.zeros(len(values))
-    stated = recording.noise_si(quantity)
+    stated = stated_noise(recording, quantity)
     raw = read_values(recording, quantity)
     if stated is not None and stated > 0.0:
         correlation = min(serial_correlation(raw, stated), correlation_by_lags(raw))
@@ -130,11 +130,12 @@ def serial_correlation(values: np.ndarray, sigma: float) -> float:
     deviation.
 
     For first-order noise on a smooth trend their variance is `sigma^2 (6 - 8 r + 2 r^2)`. Residuals of a
-    model would mistake misfit for correlation.
+    model would mistake misfit for correlation. Rounding errors hide it: those of the samples and those by
+    which they are `dithered` are subtracted, as independent ones.
 
     Args:
         values: samples in their order, shape (n,).
-        sigma: marginal standard deviation.
+        sigma: marginal standard deviation, rounding included.
 
     Returns:
         The correlation; 0 where it is small or negative.
@@ -142,8 +143,12 @@ def serial_correlation(values: np.ndarray, sigma: float) -> float:
     if len(values) < 12:
         return 0.0
     bend = np.diff(dithered(values), 2)
-    share = (np.median(np.abs(bend)) / (GAUSSIAN_MAD * sigma)) ** 2
-    correlation = 2.0 - np.sqrt(max(1.0 + 0.5 * share, 0.0))
+    rounding = rounding_noise(values) ** 2
+    own = sigma**2 - rounding
+    if not own > 0.0:
+        return 0.0
+    share = max((np.median(np.abs(bend)) / GAUSSIAN_MAD) ** 2 - 12.0 * rounding, 0.0) / own
+    correlation = (2.0 - np.sqrt(1.0 + 0.5 * share)) * own / sigma**2
     return float(np.clip(correlation, 0.0, MOST_CORRELATED)) if correlation > CORRELATED else 0.0
 
 

@@ -175,6 +175,28 @@ def share_full_scale(recordings: Sequence[Recording]) -> None:
                 recording.full_scale[quantity] = next(iter(levels))
 
 
+def stated_noise(recording: Recording, quantity: str) -> float | None:
+    """Stated standard deviation of an output's readings, with what their rounding adds, SI; None where nobody
+    states it.
+
+    Who states the noise states that of the instrument. A logger rounds afterwards, which adds the variance of
+    `rounding_noise`. Where the stated noise holds it already, a step of one standard deviation adds 4 %.
+
+    Args:
+        recording: recording whose readings before any reduction are used.
+        quantity: name of the output's quantity.
+    """
+    stated = recording.noise_si(quantity)
+    if not stated:
+        return stated
+    return float(np.hypot(stated, _memoised(recording.whole, quantity, _rounding)))
+
+
+def _rounding(whole: Recording, quantity: str) -> float:
+    """Standard deviation of the rounding of a column's readings, SI."""
+    return rounding_noise(read_values(whole, quantity))
+
+
 def noise_found(recording: Recording, quantity: str) -> float:
     """Standard deviation of one reading's noise, from its high-frequency content, SI. Without a clock, rows
     count for time, or the way of the drivers where that makes the column clearly smoother: points of a table
@@ -259,15 +281,14 @@ def _cautions(recording: Recording) -> list[str]:
                 " nothing to those beside them and do not count"
             )
         stated = recording.noise_si(quantity)
-        rounding = rounding_noise(recording.si(quantity)[readings.counted])
+        rounding = _memoised(recording, quantity, _rounding)
         if stated and stated < FAR_BELOW * rounding:
             step, least, stated_noise = (
                 float(from_si(x, unit, difference=True)) for x in (np.sqrt(12.0) * rounding, rounding, stated)
             )
             found.append(
                 f"{place}: the stated noise of {stated_noise:.3g} {unit} is far below the {least:.3g} {unit} "
-                f"that rounding in steps of {step:.3g} {unit} leaves. It stays as stated, so rounding may "
-                "look like misfit"
+                f"that rounding in steps of {step:.3g} {unit} leaves. Both count together"
             )
     return found
 

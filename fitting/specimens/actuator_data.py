@@ -9,7 +9,7 @@ import numpy as np
 
 import pneusma_jax as pj
 from fitting.data.recordings import Campaign, Recording
-from fitting.inference.readings import noise_found
+from fitting.inference.readings import noise_found, stated_noise
 from pneusma_jax.actuator.designs import GEOMETRY_KEYS
 from pneusma_jax.errors import InputError
 
@@ -104,7 +104,7 @@ def _rows_of(
         inputs[name] = columns.get(name, np.ones(len(columns["time"])))
         noise[f"noise_{name}"] = np.asarray(0.0)  # not measured: taken as cold
         if name in recorded:
-            sigma = recording.noise_si(name) or noise_found(recording, name)
+            sigma = stated_noise(recording, name) or noise_found(recording, name)
             noise[f"noise_{name}"] = np.asarray(max(sigma, 1e-12) / np.sqrt(block))
     base = dimensions(recording) | dict(common)
     rows = Rows(

@@ -8,7 +8,7 @@ import numpy as np
 
 from fitting.data.recordings import Recording, all_real, require_fitted
 from fitting.inference.noise import robust_noise
-from fitting.inference.readings import cautions, readings_of
+from fitting.inference.readings import cautions, readings_of, stated_noise
 from fitting.specimens.zeros import Zeros, offered, strain_from_taut, zeros_of
 from pneusma_jax.errors import InputError, counted
 
@@ -187,7 +187,7 @@ def _usable(recording: Recording, max_strain: float | None) -> tuple[np.ndarray,
 
 
 def _curve(recording: Recording, strain: np.ndarray, stress: np.ndarray, kept: np.ndarray) -> Curve:
-    stated = recording.noise_si("stress")
+    stated = stated_noise(recording, "stress")
     noise = robust_noise(strain, stress) if stated is None else stated
     rate = None
     if recording.has("time"):

@@ -13,7 +13,7 @@ import numpy as np
 
 from fitting.data.recordings import Recording
 from fitting.inference.channels import Channel, serial_correlation
-from fitting.inference.noise import robust_noise
+from fitting.inference.noise import robust_noise, rounding_noise
 from fitting.inference.readings import read_values
 from fitting.specimens.rows import Rows
 from pneusma_jax.numerics.safe import as_array
@@ -47,7 +47,8 @@ def _noise(recording: Recording, name: str) -> float:
     sigma, stated = noise_of(recording, name), recording.noise_si(name)
     if not stated:
         return sigma
-    correlation = serial_correlation(read_values(recording, name), stated)
+    values = read_values(recording, name)
+    correlation = serial_correlation(values, float(np.hypot(stated, rounding_noise(values))))
     return sigma * float(np.sqrt((1.0 + correlation) / (1.0 - correlation)))
 
 

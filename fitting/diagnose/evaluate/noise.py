@@ -6,7 +6,7 @@ import numpy as np
 
 from fitting.data.recordings import Recording
 from fitting.inference.channels import LEAST_NOISE, Channel, block_noise, serial_correlation, unstated_noise
-from fitting.inference.readings import noise_found, read_values
+from fitting.inference.readings import noise_found, read_values, stated_noise
 from fitting.specimens.rows import Rows
 
 from ..settings import DEFAULT
@@ -40,7 +40,7 @@ def channels_of(
         if not there.any():
             continue
         raw, block = read_values(recording, quantity), recording.block
-        stated = recording.noise_si(quantity)
+        stated = stated_noise(recording, quantity)
         if stated is not None and stated > 0.0:
             correlation, sigma = serial_correlation(raw, stated), stated
         elif quantity in high_frequency:

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from fitting.inference.noise import rounding_noise
-from fitting.inference.readings import read_values
+from fitting.inference.readings import read_values, stated_noise
 from fitting.specimens.reduction import chosen_readings
 
 from ..evaluate.evaluation import Evaluation, row_count
@@ -30,7 +30,7 @@ def with_noise_of(program: Program, here: Evaluation) -> Program:
         readings = chosen_readings(recording)
         taken = hidden.leverage().reshape(shape) if hidden else np.zeros(shape)
         for j, channel in enumerate(program.channels[k]):
-            stated = recording.noise_si(channel.quantity) or None
+            stated = stated_noise(recording, channel.quantity) or None
             if program.follows(channel.quantity):
                 continue
             one = series_of(channel, bare[k][j], here.predicted[k][j], stated, recording.block)

@@ -1,0 +1,70 @@
+"""Readings that a logger rounded, whose noise somebody states as that of the instrument."""
+
+import numpy as np
+import pytest
+
+from fitting.data.recordings import Recording
+from fitting.inference.channels import block_noise, serial_correlation
+from fitting.inference.noise import rounding_noise
+from fitting.inference.readings import cautions, stated_noise
+
+ROWS, SIGMA = 3000, 0.2
+TREND = 20.0 * np.sin(np.linspace(0.0, 9.0, ROWS))
+
+
+def lasting(correlation, seed=0):
+    """First-order noise of size `SIGMA`."""
+    kicks = np.random.default_rng(seed).standard_normal(ROWS)
+    noise = [kicks[0]]
+    for kick in kicks[1:]:
+        noise.append(correlation * noise[-1] + np.sqrt(1.0 - correlation**2) * kick)
+    return SIGMA * np.array(noise)
+
+
+def rounded(step, correlation=0.0):
+    values = TREND + lasting(correlation)
+    return np.round(values / step) * step if step else values
+
+
+def coupon(values, sigma=SIGMA):
+    columns = {"time_s": np.arange(ROWS) * 0.1, "strain": np.linspace(0.0, 1.0, ROWS), "stress_kPa": values}
+    return Recording("r", None, "elastomer", columns=columns, noise={"stress_kPa": sigma} if sigma else {})
+
+
+@pytest.mark.parametrize("step", [0.0, 0.1, 0.5, 1.0])
+def test_stated_noise_has_the_size_of_the_errors_that_rounded_readings_have(step):
+    values = rounded(step)
+    errors = np.sqrt(np.mean((values - TREND) ** 2))
+    assert stated_noise(coupon(values), "stress") == pytest.approx(1e3 * errors, rel=0.05)
+
+
+def test_a_step_of_one_standard_deviation_adds_four_percent():
+    assert stated_noise(coupon(rounded(SIGMA)), "stress") == pytest.approx(1e3 * 1.0408 * SIGMA, rel=1e-3)
+
+
+def test_nothing_is_stated_where_nobody_states_it():
+    assert stated_noise(coupon(rounded(0.5), None), "stress") is None
+
+
+@pytest.mark.parametrize("correlation", [0.0, 0.6, 0.8])
+def test_rounding_hides_no_correlation(correlation):
+    values = rounded(0.5, correlation)
+    errors = values - TREND
+    expected = np.mean(errors[1:] * errors[:-1]) / np.mean(errors**2)
+    found = serial_correlation(values, np.hypot(SIGMA, rounding_noise(values)))
+    assert found == pytest.approx(expected, abs=0.08)
+
+
+def test_means_of_rounded_readings_scatter_as_their_noise_says():
+    """Reduced chi-squares of nulls were 1.7 with the stated noise alone."""
+    values, block = rounded(0.5, 0.6), 3
+    total = stated_noise(coupon(values), "stress") / 1e3
+    assert np.mean((values - TREND) ** 2) / total**2 == pytest.approx(1.0, abs=0.1)
+    each = block_noise(total, serial_correlation(values, total), block)[0]
+    means = (values - TREND).reshape(-1, block).mean(axis=1)
+    assert np.mean(means**2) / each**2 == pytest.approx(1.0, abs=0.15)
+
+
+def test_a_caution_says_that_rounding_far_above_the_noise_counts():
+    said = cautions([coupon(rounded(2.0))])
+    assert any("far below the" in text and "Both count together" in text for text in said)
