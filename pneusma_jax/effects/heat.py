@@ -1,6 +1,6 @@
 """Effects of heat that the base model neglects: in the other spring, or not in all of the wire."""
 
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import equinox as eqx
 import jax
@@ -8,27 +8,39 @@ import jax.numpy as jnp
 from jaxtyping import Array
 
 from ..nitinol import Alloy, SpringState
+from ..nitinol.thermal import next_temperature
 from ..numerics.safe import unit_power
 from ..pipeline import Effect, Known
 from ._spec import Spec
-from ._springs import arrived, each, solved_springs, zeros
+from ._springs import AMBIENT, FARTHEST, arrived, each, solved_springs, zeros
 
 LEAST_SLOPE = 0.02  # Minimum slope of the colder zone's stress over strain, relative to the modulus
+ALL_AUSTENITE = 3.0  # Distance above T_mid at which 95 %, nearly all, is austenite, in widths of the curve
 HOTTEST = 1e-5  # Minimum fraction of the rest of the wire; below it the colder zone gets no hotter
 
 
 class OpposingSpringHeating(Effect):
     """Heat of the driven spring reaches those taken to be cold, through two lags; gain [1], tau_1, tau_2 [s].
 
-    The driven spring's austenite, to a `power` [1], stands for its temperature rise. It is measured, while a
-    temperature from the current would depend on an assumed convection. A spring whose fraction is exactly 1
-    was not measured. It loses `gain` times the lagged value of its martensite.
+    A spring whose fraction is exactly 1 was not measured. Heat that lasts, and makes the driven spring all
+    austenite, takes the share `gain` of its martensite. Literature has two forms of the heat and two of the
+    answer to it. Each pair is one family, whose ends are both forms.
+
+    The heat is the driven spring's austenite, to a `power` [1], which is measured. It ends where all is
+    austenite. Or it is the temperature rise of the wire by its recorded current, which goes on. Its assumed
+    convection is part of `gain`. The share of this form is `by_current` [1]; it is 0 without a current.
+
+    The answer is in proportion, down to no martensite. Or it follows the reversible curve from the air's
+    temperature on: hardly anything happens before the transformation, and nothing after it. The share of this
+    form is `along_curve` [1].
     """
 
     gain: Array = eqx.field(converter=jnp.asarray, default=0.0)
     tau_1: Array = eqx.field(converter=jnp.asarray, default=20.0)
     tau_2: Array = eqx.field(converter=jnp.asarray, default=4.0)
     power: Array = eqx.field(converter=jnp.asarray, default=1.0)
+    by_current: Array = eqx.field(converter=jnp.asarray, default=0.0)
+    along_curve: Array = eqx.field(converter=jnp.asarray, default=0.0)
 
     slug: ClassVar[str] = "opposing_spring_heating"
     remembers: ClassVar[bool] = True
@@ -38,30 +50,66 @@ class OpposingSpringHeating(Effect):
     sentence: ClassVar[str] = "Heat of the driven spring warms the opposite one, which was taken to be cold."
     literature: ClassVar[str] = "the source, Section 3.7.5: incidental heating of the opposing spring"
     specs: ClassVar[dict[str, Spec]] = {
-        "gain": Spec(0.0, 0.0, 0.6, 0.15, "1", "share of the heat that arrives"),
+        "gain": Spec(0.0, 0.0, 0.98, 0.15, "1", "share of its martensite that lasting full heat takes"),
         "tau_1": Spec(20.0, 3.0, 200.0, 20.0, "s", "time constant of the slower lag", True),
         "tau_2": Spec(4.0, 0.0, 60.0, 4.0, "s", "time constant of the faster lag", True),
         "power": Spec(1.0, 0.3, 3.0, 1.0, "1", "exponent of the austenite that stands for heat", True),
-    }
+        "by_current": Spec(
+            0.0, 0.0, 1.0, 0.0, "1", "heat by austenite (0) or by current (1)", True, natural_ends=True
+        ),
+        "along_curve": Spec(
+            0.0, 0.0, 1.0, 0.0, "1", "answer in proportion (0) or along the reversible curve (1)", True,
+            natural_ends=True,
+        ),
+    }  # fmt: skip
 
-    def begin(self, at: Known) -> dict[int, tuple[Array, Array]]:
-        """Zero heat of each spring after the first lag and after both."""
-        return each(at, zeros(2))
+    def begin(self, at: Known) -> dict[int, tuple[Array, Array, Array]]:
+        """Zero heat of each spring after the first lag and after both, and the rise of its temperature."""
+        return each(at, zeros(3))
+
+    def _left(self, arriving: Array, at: Known) -> Array:
+        """Share of a spring's martensite that heat leaves [1]; 1 where none arrives."""
+        alloy = at["spring"].alloy
+        cold = jnp.clip((_ambient(at) - alloy.T_mid) / alloy.T_width, -FARTHEST, FARTHEST)
+        odds = jnp.exp(cold)  # of austenite, before any heat
+        rise = jnp.log1p(self.gain / odds) - jnp.log1p(-self.gain)  # of lasting full heat, in widths
+        along = (1.0 + odds) * jax.nn.sigmoid(-cold - rise * arriving)
+        in_proportion = jnp.maximum(1.0 - self.gain * arriving, 0.0)
+        return (1.0 - self.along_curve) * in_proportion + self.along_curve * along
+
+    def _heat(self, spring: Any, xi0: Array, excess: Array, at: Known) -> Array:
+        """Heat of a spring, 1 where it is all austenite [1]."""
+        by_austenite = unit_power(1.0 - xi0, self.power)
+        full = spring.alloy.T_mid + ALL_AUSTENITE * spring.alloy.T_width - _ambient(at)
+        by_current = excess / jnp.maximum(full, spring.alloy.T_width)
+        return (1.0 - self.by_current) * by_austenite + self.by_current * by_current
 
     def phase(self, value: Array, at: Known, memory: dict) -> Array:
         """See `Effect.phase`."""
         arriving = sum((last[1] for n, last in memory.items() if n != at["number"]), jnp.zeros(()))
-        return jnp.where(value >= 1.0, value * (1.0 - self.gain * arriving), value)
+        return jnp.where(value >= 1.0, value * self._left(arriving, at), value)
 
     def remember(self, memory: dict, at: Known) -> dict:
-        """Advance both lags of every spring by the row's interval."""
-        later = {}
+        """Advance the temperature of every wire and both lags by the row's interval."""
+        later, currents = {}, at["currents"] if "currents" in at else {}
         shares = [arrived(at["interval"], tau) for tau in (self.tau_1, self.tau_2)]
-        for number, _, (first, second), response in solved_springs(at, memory):
-            heat = unit_power(1.0 - response.xi0, self.power)
+        for number, spring, (first, second, excess), response in solved_springs(at, memory):
+            if number in currents:
+                excess = next_temperature(
+                    spring.alloy, spring.geometry, excess, at["interval"], currents[number],
+                    response.resistance, 0.0,
+                )  # fmt: skip
+                heat = self._heat(spring, response.xi0, excess, at)
+            else:
+                heat = unit_power(1.0 - response.xi0, self.power)
             first = first + (heat - first) * shares[0]
-            later[number] = (first, second + (first - second) * shares[1])
+            later[number] = (first, second + (first - second) * shares[1], excess)
         return later
+
+
+def _ambient(at: Known) -> Array:
+    """Temperature of the air around an actuator [degC]."""
+    return at["temperature"] if "temperature" in at else jnp.asarray(AMBIENT)
 
 
 class UnevenHeating(Effect):

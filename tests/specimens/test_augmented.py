@@ -102,7 +102,7 @@ def _changed(text: str, old: str, new: str) -> str:
         ("exponent = ", "exponents = ", "did you mean 'exponent'?"),
         ('unit = "N m/rad"', 'unit = "N m"', "is needed, for example in 'N m/rad'"),
         ("number = 2", "number = 2.5", "must be like 2"),
-        ("gain = {value = 0.15", "gain = {value = 7.0", "share of the heat that arrives is 0 to 0.6"),
+        ("gain = {value = 0.15", "gain = {value = 7.0", "share of its martensite that lasting full heat takes is 0 to 0.98"),
         ('design = "pneusma2"', "design = 2", "name or path of a table"),
         ('"silicone.density" = ', "density = ", "write '\"alloy.density\"' or"),
         ("wall_thickness = {value = 1.02", "wall_thickness = {value = -1.0", "must be positive"),
