@@ -9,16 +9,12 @@ import numpy as np
 
 from fitting.data.recordings import Recording
 
-from .noise import GAUSSIAN_MAD, dithered, rounding_noise
+from .noise import FEW, GAUSSIAN_MAD, correlation_of, dithered, lagged_squares, rounding_noise
 from .readings import noise_found, read_values, stated_noise
 
 CORRELATED = 0.25
 """Minimum serial correlation that counts; short recordings resolve no less."""
 MOST_CORRELATED = 0.98
-FEW = 40
-"""Minimum number of samples for an estimate of serial correlation from themselves alone."""
-MOST_GUESSED = 0.8
-"""Maximum correlation that is estimated from the samples alone. A trend with corners looks like more."""
 LEAST_NOISE = 1e-5
 """Minimum estimated noise, as part of a column's span: the rounding of printed numbers."""
 
@@ -112,16 +108,7 @@ def correlation_by_lags(values: np.ndarray) -> float:
     """
     if len(values) < FEW:
         return 0.0
-    values = dithered(values)
-    spread = [
-        float(np.median(np.abs(values[:, 2 * k :] - 2.0 * values[:, k:-k] + values[:, : -2 * k])))
-        for k in (1, 2)
-    ]
-    if not spread[0] > 0.0:
-        return 0.0
-    grid = np.linspace(0.0, MOST_GUESSED, 91)
-    ratio = (1.0 + grid) * (3.0 - grid**2) / (3.0 - grid)
-    correlation = float(np.interp((spread[1] / spread[0]) ** 2, ratio, grid))
+    correlation = correlation_of(lagged_squares(values))
     return correlation if correlation > CORRELATED else 0.0
 
 

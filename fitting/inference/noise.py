@@ -14,6 +14,10 @@ ACCURACY = 0.01
 instruments (class 1 of ISO 7500-1). The noise of neighbouring readings does not tell their accuracy."""
 GAUSSIAN_MAD = 0.6744897501960817
 """Median absolute deviation of a Gaussian in standard deviations."""
+FEW = 40
+"""Minimum number of samples for an estimate of serial correlation from themselves alone."""
+MOST_GUESSED = 0.8
+"""Maximum correlation that is estimated from the samples alone. A trend with corners looks like more."""
 CHANCE = 1.15
 """Maximum factor on a variance that white noise shows by chance."""
 OVERSTATED = 0.5
@@ -117,6 +121,47 @@ def dithered(values: np.ndarray) -> np.ndarray:
     if not step.any():
         return values[None]
     return values + step * _uniform(_draws(len(values)), len(values))
+
+
+def lagged_squares(values: np.ndarray) -> list[float]:
+    """Mean squares of second differences over one and two rows, by their medians; `dithered` readings.
+
+    For first-order noise of variance s^2 on a smooth trend they are `s^2 (6 - 8 r^k + 2 r^2k)` at lag k.
+
+    Args:
+        values: readings in the order of sampling, shape (n,), finite, n > 4.
+    """
+    values = dithered(values)
+    bends = (values[:, 2 * k :] - 2.0 * values[:, k:-k] + values[:, : -2 * k] for k in (1, 2))
+    return [(float(np.median(np.abs(bend))) / GAUSSIAN_MAD) ** 2 for bend in bends]
+
+
+def correlation_of(squares: Sequence[float]) -> float:
+    """Correlation of neighbouring errors from the ratio of two `lagged_squares`, at most `MOST_GUESSED`."""
+    if not squares[0] > 0.0:
+        return 0.0
+    grid = np.linspace(0.0, MOST_GUESSED, 91)
+    ratio = (1.0 + grid) * (3.0 - grid**2) / (3.0 - grid)
+    return float(np.interp(squares[1] / squares[0], ratio, grid))
+
+
+def variance_before_rounding(values: np.ndarray) -> float:
+    """Variance of first-order noise on a smooth trend, without that of rounding.
+
+    Errors by rounding, and those by which readings are `dithered`, count as independent ones.
+
+    Args:
+        values: readings in the order of sampling, shape (n,), finite.
+
+    Returns:
+        The variance in their unit, 0 or more; 0 for fewer than `FEW` readings.
+    """
+    if len(values) < FEW:
+        return 0.0
+    added = 12.0 * rounding_noise(values) ** 2
+    squares = [max(square - added, 0.0) for square in lagged_squares(values)]
+    correlation = correlation_of(squares)
+    return squares[0] / (6.0 - 8.0 * correlation + 2.0 * correlation**2)
 
 
 def clearly_smaller(scale: float, other: float, count: int) -> bool:

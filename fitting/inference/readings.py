@@ -16,7 +16,7 @@ from pneusma_jax.units import from_si
 from .between_readings import OriginalReadings, readings_at, readings_between
 from .driven import measured, predicted
 from .full_scale import LONG, saturated
-from .noise import clearly_smaller, robust_noise, rounding_noise
+from .noise import CHANCE, clearly_smaller, robust_noise, rounding_noise, variance_before_rounding
 from .repeated_readings import copied, everywhere, regular, slower
 
 UNEVEN = 0.5
@@ -176,11 +176,11 @@ def share_full_scale(recordings: Sequence[Recording]) -> None:
 
 
 def stated_noise(recording: Recording, quantity: str) -> float | None:
-    """Stated standard deviation of an output's readings, with what their rounding adds, SI; None where nobody
-    states it.
+    """Stated standard deviation of an output's readings, rounding included, SI; None where nobody states it.
 
-    Who states the noise states that of the instrument. A logger rounds afterwards, which adds the variance of
-    `rounding_noise`. Where the stated noise holds it already, a step of one standard deviation adds 4 %.
+    A stated noise may be that of the instrument, before a logger rounds, or that of the readings. It is that
+    of the readings if their variance without rounding (`variance_before_rounding`) is at most the stated one
+    less that of `rounding_noise`, and chance. Otherwise rounding is added: too little noise makes misfit.
 
     Args:
         recording: recording whose readings before any reduction are used.
@@ -189,12 +189,16 @@ def stated_noise(recording: Recording, quantity: str) -> float | None:
     stated = recording.noise_si(quantity)
     if not stated:
         return stated
-    return float(np.hypot(stated, _memoised(recording.whole, quantity, _rounding)))
+    rounding, before = _memoised(recording.whole, quantity, _rounding)
+    held = before <= CHANCE * (stated**2 - rounding**2)
+    return stated if held else float(np.hypot(stated, rounding))
 
 
-def _rounding(whole: Recording, quantity: str) -> float:
-    """Standard deviation of the rounding of a column's readings, SI."""
-    return rounding_noise(read_values(whole, quantity))
+def _rounding(whole: Recording, quantity: str) -> tuple[float, float]:
+    """Standard deviation of the rounding of a column's readings, and their variance before it, SI."""
+    values = read_values(whole, quantity)
+    rounding = rounding_noise(values)
+    return rounding, variance_before_rounding(values) if rounding > 0.0 else np.inf
 
 
 def noise_found(recording: Recording, quantity: str) -> float:
@@ -281,14 +285,15 @@ def _cautions(recording: Recording) -> list[str]:
                 " nothing to those beside them and do not count"
             )
         stated = recording.noise_si(quantity)
-        rounding = _memoised(recording, quantity, _rounding)
+        rounding, _ = _memoised(recording, quantity, _rounding)
         if stated and stated < FAR_BELOW * rounding:
             step, least, stated_noise = (
                 float(from_si(x, unit, difference=True)) for x in (np.sqrt(12.0) * rounding, rounding, stated)
             )
             found.append(
                 f"{place}: the stated noise of {stated_noise:.3g} {unit} is far below the {least:.3g} {unit} "
-                f"that rounding in steps of {step:.3g} {unit} leaves. Both count together"
+                f"that rounding in steps of {step:.3g} {unit} leaves. Rounding is added to it where the "
+                "readings scatter by more than is stated; it may look like misfit"
             )
     return found
 

@@ -31,15 +31,19 @@ def coupon(values, sigma=SIGMA):
     return Recording("r", None, "elastomer", columns=columns, noise={"stress_kPa": sigma} if sigma else {})
 
 
+@pytest.mark.parametrize("correlation", [0.0, 0.6])
 @pytest.mark.parametrize("step", [0.0, 0.1, 0.5, 1.0])
-def test_stated_noise_has_the_size_of_the_errors_that_rounded_readings_have(step):
-    values = rounded(step)
+def test_stated_noise_of_an_instrument_becomes_that_of_its_rounded_readings(step, correlation):
+    values = rounded(step, correlation)
     errors = np.sqrt(np.mean((values - TREND) ** 2))
     assert stated_noise(coupon(values), "stress") == pytest.approx(1e3 * errors, rel=0.05)
 
 
-def test_a_step_of_one_standard_deviation_adds_four_percent():
-    assert stated_noise(coupon(rounded(SIGMA)), "stress") == pytest.approx(1e3 * 1.0408 * SIGMA, rel=1e-3)
+@pytest.mark.parametrize("step", [0.0, 0.5, 1.0])
+def test_stated_noise_of_rounded_readings_stays(step):
+    values = rounded(step)
+    stated = float(np.hypot(SIGMA, step / np.sqrt(12.0)))
+    assert stated_noise(coupon(values, stated), "stress") == pytest.approx(1e3 * stated)
 
 
 def test_nothing_is_stated_where_nobody_states_it():
@@ -67,4 +71,4 @@ def test_means_of_rounded_readings_scatter_as_their_noise_says():
 
 def test_a_caution_says_that_rounding_far_above_the_noise_counts():
     said = cautions([coupon(rounded(2.0))])
-    assert any("far below the" in text and "Both count together" in text for text in said)
+    assert any("far below the" in text and "Rounding is added" in text for text in said)
