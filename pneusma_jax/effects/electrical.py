@@ -93,9 +93,15 @@ class ResistanceTemperatureCoefficient(Effect):
 
 
 class DetwinnedResistivityMemory(Effect):
-    """Martensite that stays detwinned on unloading keeps its resistivity; share [1] of gamma_R / gamma_L."""
+    """Martensite that stays detwinned on unloading keeps its resistivity; share [1] of gamma_R / gamma_L.
+
+    Literature has two forms, and this is one family with both as its ends. Part of what unloading would undo
+    stays, the `share` of it, as soon as unloading begins. Or all stays down to the `share` of gamma_R /
+    gamma_L, and nothing of it shows above. The share of this form is `capped` [1].
+    """
 
     share: Array = eqx.field(converter=jnp.asarray, default=0.0)
+    capped: Array = eqx.field(converter=jnp.asarray, default=0.0)
 
     slug: ClassVar[str] = "detwinned_resistivity_memory"
     remembers: ClassVar[bool] = True
@@ -104,7 +110,10 @@ class DetwinnedResistivityMemory(Effect):
     sentence: ClassVar[str] = "Detwinned martensite stays detwinned on unloading, and its resistance with it."
     literature: ClassVar[str] = "D. C. Lagoudas (ed.), Shape Memory Alloys, Springer (2008)"
     specs: ClassVar[dict[str, Spec]] = {
-        "share": Spec(0.0, 0.0, 1.0, 0.7, "1", "share of the residual detwinning that resistance remembers")
+        "share": Spec(0.0, 0.0, 1.0, 0.7, "1", "share of the residual detwinning that resistance remembers"),
+        "capped": Spec(
+            0.0, 0.0, 1.0, 0.0, "1", "a part throughout (0) or all up to a cap (1)", True, natural_ends=True
+        ),
     }
 
     def begin(self, at: Known) -> dict[int, tuple[Array]]:
@@ -116,7 +125,9 @@ class DetwinnedResistivityMemory(Effect):
         [ohm/m]."""
         alloy = at["spring"].alloy
         now, retained = alloy.xi_sm(at["gamma"]), residual / alloy.gamma_L
-        more = self.share * jnp.where(retained > now, retained - now, 0.0)
+        part = self.share * jnp.where(retained > now, retained - now, 0.0)
+        cap = jnp.maximum(self.share * retained - now, 0.0)
+        more = (1.0 - self.capped) * part + self.capped * cap
         base = alloy.rho_m_of(now)
         return base, alloy.rho_m_of(now + more) - base
 
