@@ -13,14 +13,14 @@ from .inputs import normal_scores
 from .study import Study
 
 UNSEEN = 0.01
-"""Expected number of rows with impossible numbers from which on a distribution is refused [1]. Of 1,000 rows that is a
-standard deviation of 23 % of the mean, of 10,000 one of 21 %."""
+"""Expected number of rows with impossible numbers from which on a distribution is refused [1]. Of 1,000 rows
+that is a standard deviation of 23 % of the mean, of 10,000 one of 21 %."""
 KELVIN = "K"
 """Unit of differences of temperature, which have no zero to be shifted."""
 
 
 def lowest_score(study: Study) -> float:
-    """Lowest normal score that counts: what the rows of a study reach, or its search of small probabilities."""
+    """Lowest normal score that counts: of the rows of a study, or of its search for small probabilities."""
     return float(normal_scores(0.0) if study.rare else ndtri(min(UNSEEN / study.sampling.rows, 0.5)))
 
 
