@@ -138,3 +138,12 @@ def test_the_completion_of_a_shell_knows_commands_and_options():
 
     assert completed("pneusma charact", "1").split() == ["plain,characterise", "plain,characterise-batch"]
     assert completed("pneusma diagnose --tho", "2").split() == ["plain,--thorough"]
+
+
+def test_a_process_ends_without_looking_for_cycles():
+    code = (
+        "import atexit, gc, sys; from fitting.cli import main; sys.argv[1:] = ['--version'];"
+        "atexit.register(lambda: print(gc.get_freeze_count() > 1000)); main()"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert done.stdout.splitlines()[-1] == "True", done.stderr
