@@ -12,7 +12,7 @@ from fitting.report.table import Table, table_text
 from fitting.specimens.saved_models import AugmentedModel
 from fitting.specimens.saved_models.left_out import chain_without
 from pneusma_jax.errors import InputError, counted
-from pneusma_jax.serial_chain.designs import describes_chain, load_chain
+from pneusma_jax.serial_chain.chain_files import describes_chain
 
 from . import _common
 from ._common import done, notice, table_argument
@@ -40,7 +40,6 @@ def overrides(options: dict[str, Any], model: AugmentedModel, design: bool = Tru
 
 def state(said: list[Said], options: dict[str, Any]) -> None:
     """One state, of an actuator or of a chain."""
-    from fitting.simulate.chain_state import chain_state
     from fitting.simulate.state import actuator_state, described_actuator
 
     model = model_of(options)
@@ -49,6 +48,8 @@ def state(said: list[Said], options: dict[str, Any]) -> None:
         _check_out(options)
     pressure = 1e3 * options["pressure"]
     if describes_chain(known.get("design", "")):
+        from fitting.simulate.chain_state import chain_state
+
         found: Any = chain_state(*_chain(known, options), pressure, _of_segments(said, known), model)
     else:
         if any(one.segment is not None for one in said):
@@ -76,10 +77,14 @@ def _chain(known: dict[str, str], options: dict[str, Any]) -> tuple[Any, dict[st
         raise click.UsageError(
             "--geometry goes with one actuator; a chain's segments have tables of their own"
         )
+    from pneusma_jax.serial_chain.designs import load_chain
+
     return load_chain(known["design"]), {key: value for key, value in known.items() if key != "design"}
 
 
 def _of_segments(said: list[Said], known: dict[str, str]) -> list[dict[str, float]]:
+    from pneusma_jax.serial_chain.designs import load_chain
+
     count = len(load_chain(known["design"]).designs)
     for one in said:
         if one.segment is not None and not 1 <= one.segment <= count:

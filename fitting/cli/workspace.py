@@ -86,7 +86,8 @@ def workspace_command(out: Path, designs: tuple[str, ...], **options: Any) -> No
     prepare()
     from fitting.data.publish import check_free, publish
     from fitting.simulate.workspace import DESIGNS
-    from pneusma_jax.serial_chain.designs import describes_chain, load_chain
+    from pneusma_jax.serial_chain.chain_files import describes_chain
+    from pneusma_jax.serial_chain.designs import load_chain
 
     check_free(out, options["force"])
     model = model_of(options["model"])

@@ -21,7 +21,8 @@ from pneusma_jax.errors import InputError, distrusted
 from pneusma_jax.nitinol.spring import SpringResponse
 from pneusma_jax.pipeline import Effect, changes_states
 from pneusma_jax.program_cache import stored_jit
-from pneusma_jax.serial_chain.designs import ChainDesign, describes_chain, load_chain, make_chain
+from pneusma_jax.serial_chain.chain_files import describes_chain
+from pneusma_jax.serial_chain.designs import ChainDesign, load_chain, make_chain
 from pneusma_jax.serial_chain.kinematics import arc_frame
 from pneusma_jax.serial_chain.segments import ChainEquilibrium
 from pneusma_jax.serial_chain.shape import ChainShape

@@ -14,7 +14,8 @@ from fitting.specimens.saved_models import AugmentedModel, load_model
 from pneusma_jax.calibration import examples
 from pneusma_jax.documents import word_of
 from pneusma_jax.errors import InputError, nearest
-from pneusma_jax.serial_chain.designs import describes_chain, load_chain
+from pneusma_jax.serial_chain.chain_files import describes_chain
+from pneusma_jax.serial_chain.designs import load_chain
 
 from .responses import Response
 from .responses.chain import chain_response

@@ -18,7 +18,6 @@ import dataclasses
 import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
-from importlib import resources
 from pathlib import Path
 from typing import Any
 
@@ -30,13 +29,13 @@ from ..actuator.loads import Gravity, gravity_vector
 from ..calibration import load_calibration, named_table
 from ..calibration.keys import ORIENTATIONS
 from ..calibration.toml import read_quantity
-from ..documents import check_keys, parse_toml, read_document, shipped_names
+from ..documents import check_keys, read_document
 from ..errors import InputError, nearest
+from .chain_files import EXAMPLES, SCHEMA, chain_examples
 from .loads import ChainLoad, LineLoad, PointLoad
 from .segments import SegmentChain, chain_of
 from .weight import chain_weight, with_bodies
 
-SCHEMA = "pneusma-chain/1"
 KEYS = {"angle": "angle", "connector": "length", "connector_mass": "mass"}
 """Numbers of a segment with their dimensions."""
 AXES = ("x", "y", "z")
@@ -49,7 +48,6 @@ TOP = ("schema", "name", "description", "segment", "orientation", "tip_follows",
 IN_PLANE = 1e-9
 """Maximum component of a load in a plane, relative or in radians; a larger one bends out of the plane."""
 MOST = 100  # Maximum number of segments of a chain; more is a typing error
-_EXAMPLES = resources.files("calibration_data").joinpath("examples", "chains")
 
 
 @dataclass(frozen=True)
@@ -84,24 +82,6 @@ class ChainDesign:
         return np.asarray([self.numbers.get(f"{stem}_{axis}", 0.0) for axis in AXES])
 
 
-def chain_examples() -> list[str]:
-    """Names of the chains that come with the package, sorted."""
-    return shipped_names(_EXAMPLES)
-
-
-def describes_chain(name_or_path: str | Path) -> bool:
-    """True if a design is a chain, by name or by the schema of its file; false where none can be read."""
-    if str(name_or_path) in chain_examples():
-        return True
-    if not str(name_or_path).endswith(".toml"):
-        return False
-    try:
-        text = Path(name_or_path).read_text(encoding="utf-8")
-        return parse_toml(text, Path(name_or_path)).get("schema") == SCHEMA
-    except (OSError, ValueError):
-        return False  # the reader of tables reports the error
-
-
 def load_chain(name_or_path: str | Path) -> ChainDesign:
     """Read and check a chain.
 
@@ -113,7 +93,7 @@ def load_chain(name_or_path: str | Path) -> ChainDesign:
     """
     shipped = str(name_or_path) in chain_examples()
     path = Path("calibration_data", "examples", "chains", f"{name_or_path}.toml") if shipped else None
-    place = _EXAMPLES.joinpath(f"{name_or_path}.toml") if shipped else Path(name_or_path)
+    place = EXAMPLES.joinpath(f"{name_or_path}.toml") if shipped else Path(name_or_path)
     path = path or Path(name_or_path)
     return _chain(read_document(place, path, "a chain", SCHEMA, TOP), path)
 

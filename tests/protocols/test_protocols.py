@@ -10,7 +10,7 @@ from click.testing import CliRunner
 import pneusma_jax as pj
 from fitting.cli import main
 from fitting.data.protocols import load_protocol, protocol_examples
-from pneusma_jax.serial_chain.designs import chain_examples
+from pneusma_jax.serial_chain.chain_files import chain_examples
 
 RAMP = """schema = "pneusma-protocol/1"
 name = "ramp"

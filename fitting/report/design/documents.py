@@ -13,7 +13,8 @@ from pneusma_jax.actuator.designs import GEOMETRY_KEYS
 from pneusma_jax.calibration import Calibration, named_table
 from pneusma_jax.calibration.records import Quantity
 from pneusma_jax.calibration.toml import render_calibration
-from pneusma_jax.serial_chain.designs import KEYS, NUMBERS, SCHEMA
+from pneusma_jax.serial_chain.chain_files import SCHEMA
+from pneusma_jax.serial_chain.designs import KEYS, NUMBERS
 from pneusma_jax.units import INTERNAL_UNITS, from_si
 
 from .words import label_of, row_words, verdict
