@@ -13,7 +13,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, PyTree
 
-from ..nitinol.spring import MartensiteFraction, Resistance, SpringResponse
+from ..nitinol.spring import MartensiteFraction, Resistance, Spring, SpringResponse
 from ..numerics.rows import filled, first_rows
 from ..program_cache import stored_jit
 from . import Actuator
@@ -227,6 +227,17 @@ def fractions_of(rows: Rows) -> np.ndarray:
         given = [a.value for a in activations]
         return np.stack(given) if given else np.zeros((0, len(rows)))
     return np.asarray(_fractions(rows.actuator, activations))
+
+
+@stored_jit()
+def _contrasts_at_rest(springs: tuple[Spring, ...]) -> Array:
+    """`Spring.contrast_at_rest` of springs, in one program; its operations would be a program each."""
+    return jnp.stack([spring.contrast_at_rest for spring in springs])
+
+
+def contrasts_at_rest(actuator: Actuator) -> np.ndarray:
+    """Size of each spring's contrast between the phases at zero strain [ohm], shape (springs,)."""
+    return np.asarray(_contrasts_at_rest(actuator.springs))
 
 
 def solved_at_phases(rows: Rows, common: tuple, guess: np.ndarray | None = None) -> Solved:

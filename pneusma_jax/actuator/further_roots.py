@@ -8,7 +8,7 @@ has too small a resistance.
 import numpy as np
 
 from .balance import READING, WITHIN
-from .batches import Rows, Solved, is_resistance, solved_from
+from .batches import Rows, Solved, contrasts_at_rest, is_resistance, solved_from
 from .result import Equilibrium
 from .root_count import Known, counted, joined
 from .starts import beside_cold
@@ -66,9 +66,9 @@ def with_cold_ends(rows: Rows, owner: np.ndarray, every: Solved) -> Known:
 
 def beyond_cold(rows: Rows, result: Equilibrium) -> np.ndarray:
     """Whether a spring was found cold with a smaller resistance than was measured."""
-    found = np.zeros(len(rows), bool)
-    for spring, activation, seen in zip(rows.actuator.springs, rows.each[1], result.springs, strict=True):
+    found, at_rest = np.zeros(len(rows), bool), contrasts_at_rest(rows.actuator)
+    for contrast, activation, seen in zip(at_rest, rows.each[1], result.springs, strict=True):
         if is_resistance(activation):
-            least = READING * float(spring.contrast_at_rest) + WITHIN * activation.noise
+            least = READING * contrast + WITHIN * activation.noise
             found |= (seen.xi0 >= 1.0) & (np.abs(seen.resistance - activation.value) > least)
     return found

@@ -12,7 +12,7 @@ import jax
 import numpy as np
 
 from .balance import READING
-from .batches import Rows, Solved, is_resistance, solved_from, taken
+from .batches import Rows, Solved, contrasts_at_rest, is_resistance, solved_from, taken
 from .result import Equilibrium, Status
 from .root_search import MOST_ROOTS, distinct
 
@@ -126,9 +126,10 @@ def _at_ends(rows: Rows, known: Known) -> tuple[np.ndarray, np.ndarray]:
     """
     count, here, moved = rows.actuator.freedoms, [], []
     measured = [k for k, a in enumerate(rows.each[1]) if is_resistance(a)]
+    at_rest = contrasts_at_rest(rows.actuator)
     for place, k in enumerate(measured):
         activation, xi0 = rows.each[1][k], known.every.unknowns[known.which, count + place]
-        least = READING * float(rows.actuator.springs[k].contrast_at_rest)
+        least = READING * at_rest[k]
         seen = known.every.result.springs[k].resistance[known.which]
         met = (np.abs(seen - activation.value[:, None]) <= least) & (activation.noise == 0.0)[:, None]
         here.append(known.real & met & ((xi0 >= 1.0) | (xi0 <= 0.0)))

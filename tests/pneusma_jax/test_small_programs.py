@@ -43,3 +43,11 @@ def test_known_numbers_need_no_program(compiled: list[str]) -> None:
 def test_walks_are_loaded_without_scipy() -> None:
     code = "import sys, fitting.simulate.walks; sys.exit('scipy.linalg' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code]).returncode == 0
+
+
+def test_a_batch_by_resistance_needs_two_programs(compiled: list[str]) -> None:
+    body, size = pj.make_actuator("pneusma2"), 40
+    ohms = [np.linspace(2.8, 3.4, size), np.full(size, 3.4)]
+    found = pj.solve_batch(body, np.full(size, 20e3), tuple(pj.Resistance(x) for x in ohms))
+    assert len(compiled) <= 2  # rows, and contrasts of the springs
+    assert np.all(np.isfinite(found.bend))
