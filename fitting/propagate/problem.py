@@ -1,6 +1,5 @@
 """A study with its model: everything that computes rows, made once in each process."""
 
-import tomllib
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -10,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from fitting.engine import Task
+from pneusma_jax.documents import parse_toml, read_text
 from pneusma_jax.errors import InputError, distrusted, nearest
 
 from .evaluate import Evaluator
@@ -108,7 +108,7 @@ class Problem:
     def cautions(self) -> list[str]:
         """What tables and models on disk say against their own numbers; the command line has told it."""
         tables = [path for path in map(Path, self.response.files) if path.suffix == ".toml"]
-        said = [(path, tomllib.loads(path.read_text(encoding="utf-8")).get("caution")) for path in tables]
+        said = [(path, parse_toml(read_text(path, path), path).get("caution")) for path in tables]
         return [distrusted(path, caution) for path, caution in said if caution]
 
     @property

@@ -193,14 +193,14 @@ def _unit_of(quantity: Quantity, outputs: Mapping[str, str], where: str) -> str:
         where: file and table, for messages.
 
     Raises:
-        InputError: if two of these differ.
+        InputError: if two of these differ, and not only in their spelling, as `1/m` and `1pm` do.
     """
     ways = {
         "unit": quantity.unit, "its name": unit_in_name(quantity.name),
         f"the output {quantity.expression}": outputs.get(quantity.expression, ""),
     }  # fmt: skip
     found = {way: unit for way, unit in ways.items() if unit}
-    if len(set(found.values())) > 1:
+    if len({UNITS[unit] for unit in found.values()}) > 1:
         said = joined([f"{unit!r} by {way}" for way, unit in found.items()])
         raise InputError(f"{where}: its unit is {said}; an output is told in the model's own unit, so change "
                          "one, or convert it in 'of'")  # fmt: skip

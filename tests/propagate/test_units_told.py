@@ -73,6 +73,14 @@ def test_a_unit_that_contradicts_or_is_not_known_is_refused(write, more, said):
     assert said in str(refused.value) and "[[output]]" in str(refused.value)
 
 
+@pytest.mark.parametrize(("of", "unit", "shown"), [
+    ("curvature_1pm", "1/m", "tip [1/m]"), ("bend_angle_deg", "deg", "tip [deg]"), ("xi0_1", "mm/mm", "tip [mm/mm]"),
+])  # fmt: skip
+def test_one_unit_in_two_spellings_is_no_contradiction(write, of, unit, shown):
+    problem = problem_of(write, f'[[output]]\nname = "tip"\nof = "{of}"\nunit = "{unit}"\n')
+    assert problem.columns.quantities[-1].shown == shown
+
+
 def test_inputs_are_previewed_with_unit_and_quantiles(write):
     rows = {line.split()[0]: line.split() for line in plan_text(problem_of(write)).splitlines()[4:]}
     assert rows["G_m"][1:3] == ["GPa", "normal"] and float(rows["G_m"][-2]) == pytest.approx(3.0)
@@ -95,7 +103,8 @@ def test_text_tables_and_files_have_units(write, tmp_path):
 
 def test_a_page_repeats_what_a_table_says_against_its_numbers(write, tmp_path):
     shipped = (resources.files("calibration_data") / "krl35.toml").read_text()
-    (tmp_path / "alloy.toml").write_text(shipped.replace('kind = "alloy"\n', 'kind = "alloy"\ncaution = "It misses."\n'))
+    said = shipped.replace('kind = "alloy"\n', 'kind = "alloy"\ncaution = "It misses."\n')
+    (tmp_path / "alloy.toml").write_text(f"\ufeff{said}", encoding="utf-8")  # as some editors save it
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", Distrusted)
         problem = problem_of(write, study=STATE.replace('design =', 'alloy = "alloy.toml"\ndesign ='))
