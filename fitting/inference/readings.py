@@ -287,13 +287,12 @@ def _cautions(recording: Recording) -> list[str]:
         stated = recording.noise_si(quantity)
         rounding, _ = _memoised(recording, quantity, _rounding)
         if stated and stated < FAR_BELOW * rounding:
-            step, least, stated_noise = (
-                float(from_si(x, unit, difference=True)) for x in (np.sqrt(12.0) * rounding, rounding, stated)
-            )
+            sizes = np.sqrt(12.0) * rounding, rounding, stated, np.hypot(stated, rounding)
+            step, least, small, both = (float(from_si(x, unit, difference=True)) for x in sizes)
             found.append(
-                f"{place}: the stated noise of {stated_noise:.3g} {unit} is far below the {least:.3g} {unit} "
-                f"that rounding in steps of {step:.3g} {unit} leaves. Rounding is added to it where the "
-                "readings scatter by more than is stated; it may look like misfit"
+                f"{place}: the stated noise of {small:.3g} {unit} is far below the {least:.3g} {unit} that "
+                f"rounding in steps of {step:.3g} {unit} leaves. Rounding is added to it, so that the "
+                f"readings count with {both:.3g} {unit}"
             )
     return found
 

@@ -70,5 +70,7 @@ def test_means_of_rounded_readings_scatter_as_their_noise_says():
 
 
 def test_a_caution_says_that_rounding_far_above_the_noise_counts():
-    said = cautions([coupon(rounded(2.0))])
-    assert any("far below the" in text and "Rounding is added" in text for text in said)
+    recording = coupon(rounded(2.0))
+    (said,) = (text for text in cautions([recording]) if "far below the" in text)
+    counted = stated_noise(recording, "stress") / 1e3
+    assert said.endswith(f"Rounding is added to it, so that the readings count with {counted:.3g} kPa")
