@@ -74,6 +74,20 @@ def test_a_workbook_is_read_by_what_it_is_and_its_formats_are_asked_about(tmp_pa
     assert content is not XLS or any("'Notes' holds no table" in note for note in notes)
 
 
+def test_a_workbook_that_was_packed_again_in_another_order_is_known():
+    made = io.BytesIO()
+    with zipfile.ZipFile(io.BytesIO(ods(TABLE))) as old, zipfile.ZipFile(made, "w", zipfile.ZIP_DEFLATED) as new:
+        for name in sorted(old.namelist()):
+            new.writestr(name, old.read(name))
+    content = made.getvalue()
+    assert other.other_workbook(content) == ".ods" and not content[30:].startswith(b"mimetype")
+    cut = bytearray(content)
+    place = content.index(b"PK\x01\x02")
+    start = content.index(b"mimetype", 0, place) + len("mimetype")
+    cut[start : start + 8] = bytes(8)  # what is packed there is damaged
+    assert other.other_workbook(bytes(cut)) == ""
+
+
 @READ
 def test_a_folder_names_none_of_them_as_left_out(tmp_path):
     (tmp_path / "a.xls").write_bytes(XLS)

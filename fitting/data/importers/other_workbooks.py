@@ -7,6 +7,7 @@ of repeated cells in some bytes, and a library that runs out of memory ends its 
 
 import io
 import zipfile
+import zlib
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -27,21 +28,24 @@ READ_S, BYTES_PER_S = 5.0, 1e6
 """Time to read a small file [s], and least speed of a large one [B/s]. A packed file of 1 MB takes 0.3 s."""
 READER = Path(__file__).with_name("workbook_walk.py")
 _OLE, _ZIP = b"\xd0\xcf\x11\xe0", b"PK\x03\x04"
-_ODS = b"mimetypeapplication/vnd.oasis.opendocument.spreadsheet"
+_ODS = b"application/vnd.oasis.opendocument.spreadsheet"
 
 
 def other_workbook(content: bytes) -> str:
-    """Ending of the format of a workbook other than .xlsx, by its first bytes; empty for other files."""
+    """Ending of the format of a workbook other than .xlsx, by its content; empty for other files."""
     if content.startswith(_OLE):
         return ".xls"
     if not content.startswith(_ZIP):
         return ""
-    if content[30:].startswith(_ODS):
+    if content[30:].startswith(b"mimetype" + _ODS):  # first, as it is in a damaged file, too
         return ".ods"
     try:
         with zipfile.ZipFile(io.BytesIO(content)) as packed:
             names = set(packed.namelist())
-    except (zipfile.BadZipFile, ValueError, OSError, NotImplementedError):
+            if "mimetype" in names:  # packed again by another program
+                with packed.open("mimetype") as said:
+                    return ".ods" if said.read(len(_ODS)) == _ODS else ""
+    except (zipfile.BadZipFile, zlib.error, EOFError, ValueError, OSError, RuntimeError):
         return ""
     return ".xlsb" if "xl/workbook.bin" in names else ""
 
