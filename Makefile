@@ -133,7 +133,7 @@ SHORT := $(ONE_POOL) XLA_FLAGS="$(HASTY) $(XLA_FLAGS)" $(BIN)/python -m pytest -
 test: $(TEST_READY)
 	@$(SHORT) -n 2 --dist loadfile --assert=plain || { \
 	  echo "== Those that failed, again, with the values of their assertions"; \
-	  $(SHORT) --last-failed --last-failed-no-failures none; exit 1; }
+	  $(SHORT) --last-failed --last-failed-no-failures none --continue-on-collection-errors; exit 1; }
 
 test-slow: $(TEST_READY)
 	$(ONE_POOL) $(BIN)/python -m pytest -n 2 --dist loadfile
