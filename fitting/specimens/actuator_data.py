@@ -128,11 +128,13 @@ def _recorded(recording: Recording, rows: Rows, names: list[str]) -> dict[str, n
     found |= {"gravity": gravity_of(recording), UNSETTLED: np.asarray(False)}
     for name in names:
         nominal = AIR if name == "temperature" else 0.0
-        column = np.full(len(rows.mask), nominal)
+        column, known = np.full(len(rows.mask), nominal), False
         if recording.has(name):
             values, time = recording.si(name), recording.si("time")
             finite = np.isfinite(values) & np.isfinite(time)
-            if finite.any():
+            if known := bool(finite.any()):
                 column = np.interp(np.asarray(rows.time), time[finite], values[finite])
         found[f"recorded_{name}"] = column
+        if name != "temperature":
+            found[f"has_{name}"] = np.full(len(rows.mask), float(known))
     return found

@@ -85,6 +85,7 @@ def with_effects(
     }
     if currents:
         known_rows["currents"] = currents
+        known_rows["has_currents"] = {n: extra[f"has_current_{n}"] for n in currents}
     if "recorded_temperature" in extra:
         known_rows["temperature"] = extra["recorded_temperature"]
     guess = tuple(MartensiteFraction(x[0]) for x in extra["xi0"])

@@ -77,12 +77,13 @@ class OpposingSpringHeating(Effect):
         in_proportion = jnp.maximum(1.0 - self.gain * arriving, 0.0)
         return (1.0 - self.along_curve) * in_proportion + self.along_curve * along
 
-    def _heat(self, spring: Any, xi0: Array, excess: Array, at: Known) -> Array:
-        """Heat of a spring, 1 where it is all austenite [1]."""
+    def _heat(self, spring: Any, number: int, xi0: Array, excess: Array, at: Known) -> Array:
+        """Heat of a spring, 1 where it is all austenite [1]. Another recording may have the only current."""
         by_austenite = unit_power(1.0 - xi0, self.power)
         full = spring.alloy.T_mid + ALL_AUSTENITE * spring.alloy.T_width - _ambient(at)
         by_current = excess / jnp.maximum(full, spring.alloy.T_width)
-        return (1.0 - self.by_current) * by_austenite + self.by_current * by_current
+        share = self.by_current * (at["has_currents"][number] if "has_currents" in at else 1.0)
+        return (1.0 - share) * by_austenite + share * by_current
 
     def phase(self, value: Array, at: Known, memory: dict) -> Array:
         """See `Effect.phase`."""
@@ -99,7 +100,7 @@ class OpposingSpringHeating(Effect):
                     spring.alloy, spring.geometry, excess, at["interval"], currents[number],
                     response.resistance, 0.0,
                 )  # fmt: skip
-                heat = self._heat(spring, response.xi0, excess, at)
+                heat = self._heat(spring, number, response.xi0, excess, at)
             else:
                 heat = unit_power(1.0 - response.xi0, self.power)
             first = first + (heat - first) * shares[0]

@@ -70,7 +70,8 @@ def track_history(
         time: time [s], non-decreasing, shape (rows,).
         effects: effects beyond the base model; their memories start at rest.
         recorded: further inputs of effects by name, arrays of shape (rows, ...): `currents` [A] by the
-            spring's number, `temperature` of the air [degC], `gravity` [m/s2].
+            spring's number, `has_currents` 1 where that was recorded and 0 elsewhere, `temperature` of the
+            air [degC], `gravity` [m/s2].
         guess: phases for the search of the first row's configuration. Two configurations may share a
             resistance, and from the wrong one no row returns to the right branch.
     """
