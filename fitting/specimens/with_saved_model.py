@@ -320,7 +320,11 @@ class Augmented(Model):
         """Weighted residual of one recording, in standard deviations."""
         if not self.more_than_base:
             return self.specimen.residual(values, rows)
-        return self.specimen.misfit(self.predict(values, rows), rows)
+        return self.misfit(self.predict(values, rows), rows)
+
+    def misfit(self, found: Mapping[str, Array], rows: Rows) -> Float[Array, " m"]:
+        """Prediction minus measurement in standard deviations, as the specimen counts it."""
+        return self.specimen.misfit(found, rows)
 
     def observations(self, values: Mapping[str, float], recordings: Sequence[Rows]) -> int:
         """Number of measured values that count, less those that hidden states and model discrepancies use up.

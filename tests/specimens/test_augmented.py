@@ -1,11 +1,13 @@
 """Models on disk: what is written reads back equal and acts; what cannot be is refused in one line."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import jax.numpy as jnp
 import pytest
 
 import pneusma_jax as pj
+from fitting.specimens import specimen_of
 from fitting.specimens.saved_models import (
     DIAGNOSIS,
     AugmentedModel,
@@ -132,6 +134,16 @@ def test_an_effect_beyond_its_bounds_is_not_written() -> None:
     effect = CATALOGUE["series_resistance"](ohms=-2.0)
     with pytest.raises(pj.InputError, match="cannot be"):
         add_effect(effect, SOURCE)
+
+
+def test_a_misfit_is_counted_as_without_a_model() -> None:
+    """Bend directions that differ by nearly a turn are near each other. Lines of profiles took them as far apart."""
+    rows = SimpleNamespace(
+        weight={"bend_direction": jnp.full(2, 10.0)}, measured={"bend_direction": jnp.array([-3.1, 0.5])}, extra={}
+    )
+    found = {"bend_direction": jnp.array([3.1, 0.6])}
+    one, other = (x.misfit(found, rows) for x in (specimen_of("actuator"), Augmented("actuator", AugmentedModel())))
+    assert other == pytest.approx(one) and other[0] == pytest.approx(10.0 * (6.2 - 2.0 * jnp.pi))
 
 
 def test_terms_of_a_sum_are_counted(tmp_path) -> None:
