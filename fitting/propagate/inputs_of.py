@@ -18,7 +18,7 @@ from pneusma_jax.units import UNITS, dimension_of, suggested_unit, to_si
 
 from .distributions import Gaussian, Marginal, from_scipy
 from .inputs import Draws, Inputs, copula_of, correlation_matrix
-from .possible import check_possible, doubts, lowest_score
+from .possible import check_possible, doubtful_priors, doubts, lowest_score
 from .reading import number_in
 from .responses import NOISE, Known, Response
 from .study import Study
@@ -67,6 +67,10 @@ def inputs_of(study: Study, response: Response) -> tuple[Inputs, list[str]]:
     notices += _drop_tied(marginals, study, response)
     marginals |= _marginals_of_tolerances(study, known)
     stated = {name: _marginal(entry, name, known[name], study) for name, entry in study.inputs.items()}
+    aside = {*stated, *study.vary.tolerance, *(draws.names if draws is not None else ())}
+    priors = {name: prior for name, prior in marginals.items() if name not in aside}
+    units = {name: known[name].unit or "1" for name in priors}
+    notices += doubtful_priors(priors, units, lowest_score(study))
     for name in (name for name in stated if known[name].table):  # other numbers may have any name
         where = f"{study.path}: [input.{name}]"
         check_possible(stated[name], name, known[name].unit or "1", where, lowest_score(study))

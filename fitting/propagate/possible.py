@@ -1,5 +1,7 @@
 """Whether a distribution of an input gives numbers that can be: positive sizes, in the unit that is meant."""
 
+from collections.abc import Mapping
+
 from scipy.special import ndtri
 
 from fitting.specimens.rows import MARK
@@ -42,12 +44,36 @@ def check_possible(marginal: Marginal, name: str, unit: str, where: str, lowest:
     key = _key(name)
     if why := implausible(key, dimension_of(unit), _shown(marginal, 0.0, unit), unit):
         raise InputError(f"{where}: the median: {why}")
-    least = _shown(marginal, lowest, unit)
-    if key in POSITIVE and least <= 0.0:
+    if least := _impossible(marginal, name, unit, lowest):
         raise InputError(
-            f"{where}: the distribution reaches {amount(f'{least:.3g}', unit)}, but {name} must be positive; "
+            f"{where}: the distribution reaches {least}, but {name} must be positive; "
             f"state min in [input.{name}], or a distribution without such values, such as 'lognorm'"
         )
+
+
+def doubtful_priors(priors: Mapping[str, Marginal], units: Mapping[str, str], lowest: float) -> list[str]:
+    """A sentence on every prior of a table that reaches zero where only positive numbers can be.
+
+    A table is not refused for it, since a study does not write it.
+
+    Args:
+        priors: priors that are drawn, by name.
+        units: units in files, by name.
+        lowest: normal score of the lowest number that counts, see `lowest_score`.
+    """
+    reached = {name: _impossible(prior, name, units[name], lowest) for name, prior in priors.items()}
+    return [
+        f"the prior of {name} reaches {least}, but {name} must be positive: rows there are of no specimen; "
+        f"state min in the table, or [input.{name}]"
+        for name, least in reached.items()
+        if least
+    ]
+
+
+def _impossible(marginal: Marginal, name: str, unit: str, lowest: float) -> str:
+    """The lowest number that counts, where it is not positive and has to be; empty elsewhere."""
+    least = _shown(marginal, lowest, unit)
+    return amount(f"{least:.3g}", unit) if _key(name) in POSITIVE and least <= 0.0 else ""
 
 
 def doubts(marginal: Marginal, name: str, unit: str) -> list[str]:

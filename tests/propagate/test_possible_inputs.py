@@ -1,5 +1,7 @@
 """Distributions of inputs that no specimen has are refused; names that do not vary cannot be left out."""
 
+from importlib import resources
+
 import numpy as np
 import pytest
 
@@ -61,3 +63,13 @@ def test_a_median_far_from_usual_is_asked_about(write):
     (asked,) = problem_of(write, '[input.G_m]\nmean = 3e9\nsd = 3e8\nunit = "GPa"\n').notices
     assert asked.startswith("[input.G_m]: the median: 3e+09 GPa is unusual")
     assert not problem_of(write, '[input.G_m]\nmean = 3.0\nsd = 0.3\nunit = "GPa"\n').notices
+
+
+def test_a_prior_of_a_table_that_reaches_zero_is_told(write, tmp_path):
+    shipped = (resources.files("calibration_data") / "krl35.toml").read_text()
+    (tmp_path / "alloy.toml").write_text(shipped.replace("{mean = 3.0, sd = 0.9, min = 0.5, max = 6.6}", "{mean = 3.0, sd = 1.2}"))
+    study = STATE.replace("design =", 'alloy = "alloy.toml"\ndesign =') + '[vary]\npriors = ["alloy"]\n'
+    (told,) = [one for one in build_problem(read_study(write(study))).notices if "the prior of" in one]
+    assert told.startswith("the prior of G_m reaches -2.") and "but G_m must be positive" in told
+    narrower = '[input.G_m]\nmean = 3.0\nsd = 0.3\nunit = "GPa"\n'
+    assert not any("the prior of" in one for one in build_problem(read_study(write(study + narrower))).notices)
