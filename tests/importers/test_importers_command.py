@@ -29,6 +29,13 @@ def test_preview_shows_and_writes_nothing(put, tmp_path):
     assert not (tmp_path / "out").exists()
 
 
+def test_preview_writes_units_as_headings_do(put):
+    rows = "".join(f"{k},{5 + k},{20 + 0.1 * k}\n" for k in range(5))
+    result = run(put("a.csv", f"time [s],pressure [kPa],curvature [1/m]\n{rows}"), "--preview", "--kind", "actuator")
+    (line,) = [line for line in result.output.splitlines() if line.split()[:1] == ["curvature_1pm"]]
+    assert line.split()[1] == "1/m"
+
+
 def test_import_writes_pairs_that_read_back(put, tmp_path):
     result = run(
         put("a.csv", GOOD), put("b.csv", GOOD), "--out", tmp_path / "out", "--licence", "CC BY 4.0", "--citation", "Ada",

@@ -72,3 +72,24 @@ def test_a_speed_beside_which_nothing_needs_a_displacement_is_refused(put):
 
 def test_a_file_without_a_displacement_is_advised(put):
     assert "of one ramp at constant speed: --speed 10mm/min" in refusal(put("a.csv", table()), dimensions=SIZES)
+
+
+@pytest.mark.parametrize(("line", "speed", "asked"), [
+    ("Crosshead speed,500 mm/min", "60 mm/min", True),
+    ("Crosshead speed,500 mm/min", "8.333 mm/s", False),
+    ("Speed [mm/min],60", "60 mm/min", False),
+    ("Speed [mm/min],500", "60 mm/min", True),
+    ("Preload 5 mm/min,Test speed 60 mm/min", "60 mm/min", False),
+    ("Stiffness,500 N/mm", "60 mm/min", False),
+    ("Recorded,03/05/2024", "60 mm/min", False),
+])  # fmt: skip
+def test_a_speed_that_the_file_contradicts_is_asked_about(put, line, speed, asked):
+    recording = import_file(put("a.csv", f"{line}\n\n{table()}"), options(speed=speed, kind="elastomer"))
+    found = [note for note in checks(recording) if "but the file states" in note and "Which one is right?" in note]
+    assert len(found) == asked
+    assert all("--speed 60 mm/min is taken" in note and "500" in note for note in found)
+
+
+def test_the_speed_that_a_file_states_is_named_where_it_is_missing(put):
+    text = refusal(put("a.csv", f"Prüfgeschwindigkeit;500,5 mm/min\n\n{table().replace(',', ';')}"), dimensions=SIZES)
+    assert "--speed 500.5mm/min; the file states 'Prüfgeschwindigkeit 500,5 mm/min'" in text

@@ -16,7 +16,7 @@ from .assemble import Facts, assemble
 from .channels import channels_of, in_unit, named_channels, with_options
 from .circuit import VOLTAGES, resistance_named
 from .columns_aside import notices_of_columns_aside
-from .crosshead_speed import with_displacement
+from .crosshead_speed import stated_speeds, with_displacement
 from .derive import METAL_MPA
 from .format import Format
 from .header_lines import lines_unread
@@ -165,7 +165,7 @@ def _not_one_kind(
     unread = ", ".join(map(repr, lines_unread(grid)))
     may = f"; not read, though they may state a size: {unread}" if unread else ""
     return unusable(
-        place, f"{kinds_text} ({columns}){_hints(available, channels)}{may}"
+        place, f"{kinds_text} ({columns}){_hints(available, channels, sample)}{may}"
         f"{f'; {others}' if others else ''}; state --kind, and name the columns with --map"
         f" QUANTITY=COLUMN. Kinds: {KINDS_IN_WORDS}",
     )  # fmt: skip
@@ -183,16 +183,20 @@ def _has_coils(sample: Sample, options: Options) -> bool:
     return bool({*options.dimensions, *of_file} & set(COIL_SIZES))
 
 
-def _hints(available: set[str], channels: dict[str, Channel]) -> str:
+def _hints(available: set[str], channels: dict[str, Channel], sample: Sample) -> str:
     """Quantities that a kind needs beside the available ones, and how to state them, as end of a message."""
     near = []
     if {"strain", "pressure"} <= available and not available & {"stress", "force"}:
         label = channels["pressure"].label if "pressure" in channels else "..."
         near.append(if_a_stress(label))
     if {"force", "time"} <= available and not available & {"strain", "elongation", "length"}:
+        speeds = stated_speeds(sample)
+        option = speeds[0][1] if len(speeds) == 1 else "10mm/min"
+        lines = dict.fromkeys(line for _, _, line in speeds)
+        said = f"; the file states {' and '.join(map(repr, lines))}" if speeds else ""
         near.append(
             "of a coupon, a wire or a spring the strain or the elongation is missing (of one ramp at constant"
-            " speed: --speed 10mm/min)"
+            f" speed: --speed {option}{said})"
         )
     if {"strain", "temperature"} <= available and "stress" not in available:
         near.append("of a wire the stress is missing: if it did not change, --constant stress_MPa=...")

@@ -230,15 +230,20 @@ def _speed(text: str) -> tuple[float, str]:
     """
     found = re.fullmatch(r"\s*([-+.\deE]+)\s*(\w+)\s*/\s*(\w+)\s*", text)
     number, length, time = found.groups() if found else ("", "", "")
-    units = unit_name(length), unit_name(time)
-    known = all(unit in UNITS for unit in units) and list(map(dimension_of, units)) == ["length", "time"]
     try:
-        value = float(number) * to_si(1.0, units[0]) / to_si(1.0, units[1]) if known else math.nan
+        value = speed_of(float(number), length, time)
     except ValueError:
         value = math.nan
     if not (math.isfinite(value) and value > 0.0):
         raise InputError(f"--speed {text}: must be a positive number of a length over a time, e.g. 10mm/min")
     return float(value), f"{number} {length}/{time}"
+
+
+def speed_of(number: float, length: str, time: str) -> float:
+    """Speed [m/s] of a number and its two units; NaN where they are no length and no time."""
+    units = unit_name(length), unit_name(time)
+    known = all(unit in UNITS for unit in units) and list(map(dimension_of, units)) == ["length", "time"]
+    return float(number * to_si(1.0, units[0]) / to_si(1.0, units[1])) if known else math.nan
 
 
 def _slack(text: str | None) -> str | float | None:

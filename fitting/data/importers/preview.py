@@ -36,6 +36,7 @@ def _columns(recording: Recording) -> list[str]:
     for name, values in recording.columns.items():
         unit = schema.quantity_and_unit(name)[1] if name in recording.known_columns else "?"
         least, largest, missing = np.nanmin(values), np.nanmax(values), np.isnan(values).sum()
+        unit = unit.replace("1pm", "1/m")
         lines.append(f"{name:<20}{unit:>6}{least:>14.6g}{largest:>14.6g}{missing:>9d}")
     return lines
 
