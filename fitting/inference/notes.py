@@ -17,6 +17,11 @@ def capital(text: str) -> str:
     return text[:1].upper() + text[1:]
 
 
+def ended(text: str) -> str:
+    """The text with one stop at its end."""
+    return text if text.endswith((".", "?", "!")) else f"{text}."
+
+
 def of_several(notes: Sequence[str], names: Sequence[str]) -> list[str]:
     """Sentences in their order; those that say the same of several recordings become one.
 

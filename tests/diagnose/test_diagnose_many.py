@@ -1,6 +1,7 @@
 """Many campaigns through one engine: each is a file, what is done stays, one that fails stops none."""
 
 import json
+from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
@@ -8,9 +9,9 @@ from click.testing import CliRunner
 
 import fitting.diagnose.batch
 from fitting.cli import main
-from fitting.diagnose.batch import Asked, diagnose_batch, job_of
+from fitting.diagnose.batch import Asked, Diagnosed, Diagnoses, diagnose_batch, job_of
 from fitting.engine import Store
-from fitting.report.diagnosis.batch import _row
+from fitting.report.diagnosis.batch import _row, report_of
 from fitting.report.results import save, text
 from fitting.synthesise import synthesise, write_synthetic
 from pneusma_jax.errors import InputError
@@ -117,3 +118,10 @@ def test_the_command_leaves_a_folder_for_each_and_a_table(strips, tmp_path):
     before = {path: path.read_bytes() for path in out.rglob("*") if path.is_file()}
     assert CliRunner().invoke(main, [*arguments, "--resume"]).exit_code == 1
     assert {path: path.read_bytes() for path in out.rglob("*") if path.is_file()} == before
+
+
+def test_notes_beside_the_verdicts_end_in_one_stop():
+    member = Diagnosed("a", Path("a"), ("Nothing.",), ("it scatters. A misfit may be hidden.", "no clock"))
+    found = report_of(Diagnoses((member,), 0))
+    (points,) = [section.blocks[0] for section in found.sections if section.title == "Notes"]
+    assert points.items == ["a: it scatters. A misfit may be hidden.", "a: no clock."]

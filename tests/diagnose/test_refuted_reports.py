@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from linear_world import ANOTHER, CONSTANT, DELAY, SWELLING, tubes
 
+import fitting.report.diagnosis.report
 from fitting.diagnose.fit.base_fit import at_bound, told_at_bound
 from fitting.diagnose.fit.misfit import reduced
 from fitting.diagnose.search.explain import explain
@@ -18,6 +19,7 @@ from fitting.diagnose.verdict.locate import drivers_of
 from fitting.diagnose.verdict.probabilities import Found
 from fitting.diagnose.verdict.proposal import leading_pair
 from fitting.report.diagnosis import text
+from fitting.report.diagnosis.figures import outputs_not_drawn
 from fitting.report.diagnosis.report import recordings_caption
 from fitting.report.diagnosis.tables import base_table, candidate_table, score_table, shown_knots
 from fitting.specimens.spring import MARGIN
@@ -163,6 +165,18 @@ def test_a_caption_says_what_is_drawn_and_what_a_spring_s_spikes_are(refuted):
     explanation = copy.copy(refuted.explanation)
     explanation.base = replace(base, evaluation=evaluation)
     assert "the row that a spring remembers" in recordings_caption(replace(refuted, explanation=explanation))
+
+
+def test_a_caption_names_the_outputs_that_are_not_drawn(refuted, monkeypatch):
+    """Of two springs only the resistance that was missed more was drawn, and nothing said so."""
+    names, missed = ("curvature", "resistance_1", "resistance_2"), (5.0, 3.0, 1.0)
+    channels = [[SimpleNamespace(quantity=name, measured=np.zeros(4), sigma=np.ones(4)) for name in names]]
+    base = SimpleNamespace(evaluation=SimpleNamespace(predicted=[[np.full(4, value) for value in missed]]))
+    two_springs = SimpleNamespace(explanation=SimpleNamespace(program=SimpleNamespace(channels=channels), base=base))
+    assert outputs_not_drawn(two_springs) == ["resistance 2"]
+    assert "Not drawn" not in recordings_caption(refuted)
+    monkeypatch.setattr(fitting.report.diagnosis.report, "outputs_not_drawn", lambda conclusion: ["resistance 2"])
+    assert recordings_caption(refuted).endswith(" Not drawn, since the base model misses it less: resistance 2.")
 
 
 @pytest.mark.parametrize(("noise", "said"), [

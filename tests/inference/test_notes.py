@@ -2,7 +2,7 @@
 
 import pytest
 
-from fitting.inference.notes import joined, of_several
+from fitting.inference.notes import ended, joined, of_several
 
 
 def test_what_several_recordings_share_is_said_once():
@@ -30,3 +30,8 @@ def test_a_colon_does_not_make_a_recording():
 @pytest.mark.parametrize("kind", [list, tuple, dict.fromkeys, iter])
 def test_names_of_any_collection_are_listed(kind):
     assert [joined(kind(names)) for names in ([], ["a"], ["a", "b", "c"])] == ["", "a", "a, b and c"]
+
+
+@pytest.mark.parametrize(("text", "said"), [("no noise", "no noise."), ("No noise. It is estimated.", "No noise. It is estimated."), ("why?", "why?")])
+def test_a_sentence_ends_in_one_stop(text, said):
+    assert ended(text) == said

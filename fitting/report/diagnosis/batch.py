@@ -7,7 +7,7 @@ from typing import Any
 from fitting.data.csv_text import csv_rows
 from fitting.diagnose.batch import Diagnosed, Diagnoses
 from fitting.diagnose.verdict.conclusion import Conclusion
-from fitting.inference.notes import joined
+from fitting.inference.notes import ended, joined
 from fitting.specimens.saved_models import AugmentedModel
 from pneusma_jax.errors import counted
 from pneusma_jax.units import amount
@@ -142,7 +142,7 @@ def _content(result: Diagnoses) -> dict[str, Any]:
 
 def report_of(result: Diagnoses) -> Report:
     """The report of the campaigns together."""
-    notes = [f"{member.name}: {note}." for member in result.members for note in member.notes]
+    notes = [f"{member.name}: {ended(note)}" for member in result.members for note in member.notes]
     return Report(
         title=f"{len(result.members)} diagnoses",
         subtitle="Does the published model explain these campaigns?",

@@ -73,6 +73,13 @@ def _other_output(conclusion: Conclusion) -> str | None:
     return max(square, key=square.get, default=None)
 
 
+def outputs_not_drawn(conclusion: Conclusion) -> list[str]:
+    """Outputs of the recordings whose residuals the figure leaves out, in words."""
+    drawn = _other_output(conclusion)
+    others = (c.quantity for channels in conclusion.explanation.program.channels for c in channels[1:])
+    return [name.replace("_", " ") for name in dict.fromkeys(others) if name != drawn]
+
+
 def shown_recordings(conclusion: Conclusion) -> list[int]:
     """Recordings to draw: validation ones first, then those with most misfit."""
     x = conclusion.explanation

@@ -2,6 +2,7 @@
 
 from fitting.diagnose.verdict.conclusion import Conclusion
 from fitting.diagnose.verdict.text import exchange_sentences, place_text, verdict_sentences
+from fitting.inference.notes import ended, joined
 from fitting.specimens.saved_models import DIAGNOSIS, AugmentedModel
 from fitting.specimens.saved_models.files import render_model
 from pneusma_jax.calibration.toml import render_calibration
@@ -9,7 +10,7 @@ from pneusma_jax.errors import counted
 
 from ..report import Block, Code, Picture, Points, Report, Section
 from . import text
-from .figures import probability_figure, recordings_figure, shown_recordings
+from .figures import outputs_not_drawn, probability_figure, recordings_figure, shown_recordings
 from .model import model_of
 from .payload import content
 from .tables import (
@@ -54,7 +55,7 @@ def report_of(
         title=f"Diagnosis: {title}",
         subtitle=text.question(conclusion),
         verdict=verdict_sentences(conclusion),
-        warnings=[f"{note}." for note in conclusion.notes],
+        warnings=[ended(note) for note in conclusion.notes],
         real=False if simulated else None,
         sections=[
             Section("Base model", [Points(text.base_model(conclusion))]),
@@ -88,7 +89,9 @@ def recordings_caption(conclusion: Conclusion) -> str:
     place = "; amber: the rows with most misfit" if conclusion.mismatch else ""
     caption = CAPTIONS["recordings"].format(found=found, place=place)
     remembers = conclusion.mismatch and "memory_row" in conclusion.explanation.base.evaluation.drivers
-    return caption + (f" {SPIKES}" if remembers else "") + (some if drawn < count else "")
+    hidden = outputs_not_drawn(conclusion)
+    left = f" Not drawn, since the base model misses it less: {joined(hidden)}." if hidden else ""
+    return caption + (f" {SPIKES}" if remembers else "") + (some if drawn < count else "") + left
 
 
 def _findings(conclusion: Conclusion) -> list[Block]:
