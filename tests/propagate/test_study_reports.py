@@ -99,11 +99,24 @@ def test_slopes_of_a_gaussian_are_finite_at_any_score():
 
 def test_few_failed_rows_do_not_tell_where_they_failed_and_many_do(tmp_path):
     """Rows fail where a is small, which one or two of them cannot show among two inputs and forty can."""
-    few, _ = run(tmp_path, PLAIN.replace("a + 2*b", "sqrt(a + 0.375) + b") + "[sampling]\nrows = 400\n")
+    few, out = run(tmp_path, PLAIN.replace("a + 2*b", "sqrt(a + 0.375) + b") + "[sampling]\nrows = 400\n")
     assert "So few do not tell in which input they differ" in few, few
+    assert not (out / "failed_rows.png").exists()  # it drew a spike for each input
     (tmp_path / "more").mkdir()
-    many, _ = run(tmp_path / "more", PLAIN.replace("a + 2*b", "sqrt(a - 0.36) + b") + "[sampling]\nrows = 400\n")
+    many, out = run(tmp_path / "more", PLAIN.replace("a + 2*b", "sqrt(a - 0.36) + b") + "[sampling]\nrows = 400\n")
     assert "They differ from other rows most in a:" in many, many
+    assert (out / "failed_rows.png").exists()
+
+
+def test_bands_beside_indices_count_the_independent_rows(tmp_path):
+    """Of 20,007 rows the report had counted 20,006, and of these only 4,446 made its bands and shares."""
+    text = PLAIN.replace("a + 2*b", "sqrt(a - 0.1) + b") + "[indices]\nkind = 'sobol'\n[sampling]\nrows = 400\n"
+    said, out = run(tmp_path, text)
+    header, row = (line.split(",") for line in (out / "columns.csv").read_text().splitlines()[:2])
+    counted = int(dict(zip(header, row, strict=True))["rows"])
+    assert 0 < counted < 200 and f", of the {counted} rows with a result." in said
+    assert "2 rows of each block of 4 are independent." in said
+    assert "intervals count these 200 alone." in said
 
 
 @pytest.mark.parametrize(

@@ -24,7 +24,7 @@ from ..figures import (
     unit_of,
 )
 from ..report import Picture
-from .numbers import exceedances, shown_column
+from .numbers import exceedances, shown_column, too_few
 
 FAILED_ROWS = (
     "Where in the inputs rows have no result; level lines are inputs that do not matter for it."
@@ -56,7 +56,7 @@ def pictures(result: Propagation) -> list[Picture]:
         if len(limit.probability) > 1:
             caption = f"Share of rows in which {limit.limit} held at this point or before."
             found.append(Picture(f"failure_{_file(limit.limit)}", caption, partial(failure, result, limit)))
-    if result.summary.failures.count:
+    if result.summary.failures.count and not too_few(result):
         uneven = _largest(MOST_UNEVEN, len(result.problem.inputs.names), "inputs", "most uneven")
         found.append(Picture("failed_rows", FAILED_ROWS + uneven, partial(failed_rows, result)))
     return _named_apart(found)

@@ -18,6 +18,10 @@ SCORES = ndtri([0.05, 0.5, 0.95])
 """Normal scores of the quantiles of an input that are told."""
 INPUT_HEADER = ("input", "unit", "distribution", "q5", "q50", "q95")
 
+TELLING = 0.2
+"""Minimum distance of two distributions for an input to be named as one that separates failed rows, where
+they are many. Of few, chance alone gives more: see `by_chance`."""
+
 
 @dataclass(frozen=True)
 class Exceedance:
@@ -150,3 +154,20 @@ def shown_column(result: Propagation, name: str) -> int:
     part = result.problem.columns.of(name)
     spread = np.nan_to_num(result.moments.sd[part], nan=-1.0)
     return part.start + int(np.argmax(spread))
+
+
+def by_chance(result: Propagation) -> float:
+    """Kolmogorov-Smirnov distance that the most uneven input has by chance, at most in 95 % of cases.
+
+    Rows of a block share inputs, so a block with failed rows counts once. Massart's bound, shared among all
+    inputs: P. Massart, Annals of Probability 18 (1990) 1269, doi:10.1214/aop/1176990746.
+    """
+    sums, inputs = result.summary.indices, len(result.problem.inputs.names)
+    count = result.summary.failures.count if sums is None else sums.left_out
+    return float(np.sqrt(0.5 * np.log(2.0 * inputs / 0.05) / max(count, 1)))
+
+
+def too_few(result: Propagation) -> bool:
+    """True if so few rows have no result that the place of no single input tells them from other rows."""
+    failures, chance = result.summary.failures, by_chance(result)
+    return bool(chance > TELLING and np.max(failures.uneven) <= chance)

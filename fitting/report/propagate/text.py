@@ -7,6 +7,7 @@ import numpy as np
 from fitting.inference.notes import joined
 from fitting.inference.progress import duration
 from fitting.propagate import Propagation
+from fitting.propagate.chunk import INDEPENDENT
 from fitting.propagate.problem import Problem
 from fitting.propagate.rare import RareResult
 from fitting.propagate.responses import reason, undefined_output
@@ -15,12 +16,9 @@ from pneusma_jax.errors import counted
 
 from ..cells import digits_apart, number, told_apart, with_half_width
 from ..table import table_text
-from .numbers import bounds_of, exceedances, lost, shown_column
+from .numbers import TELLING, bounds_of, by_chance, exceedances, lost, shown_column, too_few
 from .tables import input_table
 
-TELLING = 0.2
-"""Minimum distance of two distributions for an input to be named as one that separates failed rows, where
-they are many. Of few, chance alone gives more: see `_by_chance`."""
 MOST_TOLD = 4
 """Maximum number of outputs that have sentences of their own."""
 MOST_CAUSES = 3
@@ -68,14 +66,19 @@ def _with_unit(rare: RareResult, problem: Problem) -> RareResult:
 
 
 def _rounded(problem: Problem) -> str:
-    """Sentence on rows beyond those that were asked for; empty where there are none."""
-    asked = problem.study.sampling.rows
-    if problem.rows == asked:
-        return ""
-    return (
-        f" The study asks for {asked:,}. Indices need whole blocks of {problem.design.block} rows, so there "
-        f"are {problem.rows:,}."
-    )
+    """Sentences on rows beyond those that were asked for, and on those that bands count; or nothing."""
+    asked, block, text = problem.study.sampling.rows, problem.design.block, ""
+    if problem.rows != asked:
+        text = (
+            f" The study asks for {asked:,}. Indices need whole blocks of {block} rows, so there are"
+            f" {problem.rows:,}."
+        )
+    if block > INDEPENDENT:
+        text += (
+            f" {INDEPENDENT} rows of each block of {block} are independent. Bands, shares of rows and their "
+            f"intervals count these {INDEPENDENT * problem.points:,} alone."
+        )
+    return text
 
 
 def _quantity(result: Propagation, name: str) -> str:
@@ -87,7 +90,7 @@ def _quantity(result: Propagation, name: str) -> str:
     beside = f", nominal {number(nominal, f'.{digits_apart(low, high)}g')}" if np.isfinite(nominal) else ""
     failures = result.summary.failures
     if failures.count:
-        beside += f", of the {_rows(failures.total - failures.count)} with a result"
+        beside += f", of the {_rows(int(result.moments.count[k]))} with a result"
     label = result.problem.columns.shown[k]
     if low == high:
         least, most = result.moments.smallest[k], result.moments.largest[k]
@@ -144,17 +147,6 @@ def _left_out(result: Propagation) -> str:
     )
 
 
-def _by_chance(result: Propagation) -> float:
-    """Kolmogorov-Smirnov distance that the most uneven input has by chance, at most in 95 % of cases.
-
-    Rows of a block share inputs, so a block with failed rows counts once. Massart's bound, shared among all
-    inputs: P. Massart, Annals of Probability 18 (1990) 1269, doi:10.1214/aop/1176990746.
-    """
-    sums, inputs = result.summary.indices, len(result.problem.inputs.names)
-    count = result.summary.failures.count if sums is None else sums.left_out
-    return float(np.sqrt(0.5 * np.log(2.0 * inputs / 0.05) / max(count, 1)))
-
-
 def failure_sentences(result: Propagation) -> list[str]:
     """Sentences on the number of rows without a result, their causes and places, and their possible
     influence."""
@@ -175,8 +167,7 @@ def failure_sentences(result: Propagation) -> list[str]:
     distance = failures.uneven
     names = problem.inputs.names
     k = int(np.argmax(distance))
-    chance = _by_chance(result)
-    if distance[k] > max(TELLING, chance):
+    if distance[k] > max(TELLING, by_chance(result)):
         worst = int(np.argmax(failures.shares[k]))
         bins = failures.shares.shape[1]
         sentences.append(
@@ -185,7 +176,7 @@ def failure_sentences(result: Propagation) -> list[str]:
             f"{_percent(failures.shares[k, worst])}"
             " have none."
         )
-    elif chance > TELLING:
+    elif too_few(result):
         sentences.append("So few do not tell in which input they differ from other rows.")
     else:
         sentences.append("No single input tells them apart from other rows.")
