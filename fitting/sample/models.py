@@ -61,7 +61,7 @@ def model_problem(
         for quantity in model.outputs
         if np.any(np.asarray(rows[k].weight[quantity]) > 0.0)
     ]
-    priors = [name for name, p in parameters.items() if p.prior is not None]
+    priors = [name for name, p in parameters.items() if p.prior is not None and p.free]
     notes = [*(ORDERED.format(joined([term[0] for term in one])) for one in terms), *notes]
     return Problem(
         title=title,

@@ -9,10 +9,12 @@ import tomllib
 
 import numpy as np
 import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 from fitting.characterise import characterise
-from fitting.report.elastomer.figures import MOST_MARKS, fit_figure
+from fitting.report.elastomer.figures import MOST_MARKS, drift_figure, fit_figure
 from fitting.report.elastomer.text import verdict
+from fitting.report.figures import style
 from fitting.synthesise.elastomer import TRUTH, true_law, write_example
 from pneusma_jax.calibration import load_calibration
 from pneusma_jax.silicone import load_silicone
@@ -132,6 +134,23 @@ def test_text_report_holds_every_part(stiffening):
     for part in ("Verdict", "Parameters", "Laws", "How it was fitted", "Next test", "SIMULATED"):
         assert part in text
     assert "correlated" in text and "standard errors were multiplied by" in text
+
+
+def test_the_legend_of_the_drift_hides_no_error_bar(stiffening):
+    with style():
+        figure = drift_figure(stiffening.whole)
+    (axes,), (legend,) = figure.axes, figure.legends
+    FigureCanvasAgg(figure).draw()
+    assert axes.get_legend() is None
+    assert not legend.get_window_extent().overlaps(axes.get_window_extent())
+
+
+def test_laws_stand_in_the_order_that_the_table_states(stiffening):
+    names = [one.name for one in stiffening.whole.choice.ranked]
+    over_noise = [np.mean([score.weighted for *_, score in stiffening.whole.held[name].bands]) for name in names]
+    assert over_noise == sorted(over_noise)
+    said = "Best first, by the mean square error in gaps of the curve over each recording's noise."
+    assert said in " ".join(stiffening.report().split())
 
 
 @pytest.mark.slow

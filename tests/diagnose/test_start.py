@@ -214,7 +214,7 @@ def test_the_base_model_names_its_tables_and_their_source(kind, names):
     campaign = read_campaign(EXAMPLES / kind)
     found = base_tables(campaign, kind)
     assert [one.name for one in found] == names and all(one.stated for one in found)
-    assert all("as the recordings state" in one.text for one in found if not one.identified)
+    assert all(one.text.endswith(", as stated.") for one in found if not one.identified)
     assert "(E. A. Allen, " in found[0].text or kind == "wire"
 
 

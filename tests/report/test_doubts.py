@@ -14,6 +14,7 @@ from fitting.calibrate.general.pipeline import GeneralCharacterisation
 from fitting.calibrate.registry import characterise
 from fitting.calibrate.result import Estimate
 from fitting.inference.lasting_noise import Lasting
+from fitting.inference.least_squares.result import Status
 from fitting.inference.parameters import Parameter, Parameters, Prior
 from fitting.report import batch
 from fitting.report.characterisation import another_cause
@@ -228,3 +229,10 @@ def test_sizes_of_zeros_have_their_unit_each():
     """`off by 0.41 and drifts by 2.3 times its noise` left the first number without a unit."""
     (sentence,) = general.lasting_zeros(Lasting(np.array([1.0]), {"stress": 2.3}, {"stress": 0.41}, fitted_beside_zeros=True))
     assert "that of stress is off by 0.41 times its noise, and drifts by 2.3 times. Constants" in sentence
+
+
+def test_a_fit_without_steps_left_names_the_option_that_the_command_has():
+    """It had said `allow more`, which no option does."""
+    said = general._unended(Status.MAX_STEPS)
+    assert said.endswith("The command has a fixed number of steps; `--starts` begins in more places.")
+    assert "--starts" not in general._unended(Status.STALLED)

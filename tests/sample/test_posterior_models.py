@@ -72,6 +72,16 @@ def problem(campaign):
     return model_problem(campaign.title, campaign.recordings, rows, parameters)
 
 
+def test_only_priors_of_what_is_drawn_are_told(campaign):
+    """A held factor on a law with constants of its own had been listed with the constants that are drawn."""
+    rows, parameters = (getattr(SPECIMENS["tube"], name)(campaign) for name in ("rows_for", "parameters_for"))
+    parameters.add("held", 1.0, vary=False, prior=Prior(1.0, 0.05))
+    for row in rows:
+        row.base["held"] = np.asarray(1.0)
+    made = model_problem(campaign.title, campaign.recordings, rows, parameters)
+    assert "Gaussian priors, cut at their bounds, on compliance." in made.notes
+
+
 def test_a_campaign_is_sampled_by_its_models_residual(campaign, problem):
     result = sample_problem(problem, ensembles=2, max_steps=2000, progress=False)
     pressure = campaign.recordings[0].si("pressure")

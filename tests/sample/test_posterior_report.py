@@ -12,6 +12,7 @@ from fitting.characterise import characterise
 from fitting.cli import main
 from fitting.data.publish import RECORD
 from fitting.data.recordings import read_campaign
+from fitting.report.posterior.figures import in_lines
 from fitting.report.posterior.netcdf import prior_draws
 from fitting.report.posterior.tables import disagreement_table
 from fitting.sample.comparison import compare
@@ -28,6 +29,15 @@ FILES = {
 def test_large_disagreements_have_no_power_of_ten():
     first, second = compare(47540.0, 29953.0, 0.0, 21.0, 12.0).reasons
     assert first == "its mean lies 4000 sd above the fit" and second.startswith("its error is 2500 times the fit's")
+
+
+@pytest.mark.parametrize(("text", "lines"), [
+    ("mu [kPa]", ["mu [kPa]"]),
+    ("viscoelastic_relaxation_tau_1 [s]", ["viscoelastic_", "relaxation_tau_1", "[s]"]),
+    ("transformationhysteresis_b [K]", ["transformationhysteresis_", "b [K]"]),
+])  # fmt: skip
+def test_long_names_in_a_corner_do_not_run_into_their_neighbours(text, lines):
+    assert in_lines(text).split("\n") == lines and in_lines(text).replace("\n", "").replace(" ", "") == text.replace(" ", "")
 
 
 @pytest.fixture(scope="module")

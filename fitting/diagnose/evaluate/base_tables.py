@@ -41,7 +41,7 @@ class BaseTable:
         if self.identified:
             return f"The {self.kind} is identified from these recordings. That begins at the table {known}."
         if self.stated:
-            return f"The {self.kind} has the constants of {known}, as the recordings state."
+            return f"The {self.kind} has the constants of {known}, as stated."
         return (
             f"The {self.kind} has the constants of {known}. No recording states its {key}, so the "
             f'source\'s was assumed: state yours as {key} under [geometry], or {key} = "fit".'

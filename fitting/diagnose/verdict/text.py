@@ -230,7 +230,8 @@ def _excuse(conclusion: Conclusion) -> str:
     alone, named = conclusion.explanation.left_out
     rise = conclusion.after.reduced_chi2 - conclusion.before.reduced_chi2
     if rise > EXCESS.clear and alone > named:
-        return f", while that of parts of recordings {went(alone, named)}: it holds between what was recorded"
+        parts = f", while that of parts of recordings {went(alone, named)}"
+        return f"{parts}: it predicts better between what was recorded, and worse beyond it"
     return ", no more than chance and the other recordings allow"
 
 

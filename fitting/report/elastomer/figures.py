@@ -21,6 +21,7 @@ from ..figures import (
     axis_label,
     legend_over,
     residual_label,
+    shared_legend,
     thinned,
 )
 from ..report import Picture
@@ -189,7 +190,7 @@ def drift_figure(analysis: Analysis) -> Figure:
     axes.set_ylim(min(0.0, np.percentile(best, 2)), 1.15 * np.percentile(best, 98))
     _range_axis(axes, reach)
     axes.set_ylabel("initial shear modulus ± 2 standard errors [kPa]")
-    axes.legend(ncols=2)
+    shared_legend(drawing)
     return drawing
 
 

@@ -17,7 +17,8 @@ from ..characterisation import ERRORS, estimate_text, remark
 from ..table import Table
 
 LAWS_NOTE = (
-    "Best first, by error in gaps of the curve; the law taken is emphasised. Free: constants. Errors "
+    "Best first, by the mean square error in gaps of the curve over each recording's noise. So errors in kPa "
+    "and % may have another order. The law taken is emphasised. Free: constants. Errors "
     "are root mean square or relative (Eq. 2.52 with absolute differences). Next: error on the stretch that "
     "follows a fitted range, geometric mean over the ranges. AICc and BIC count independent samples and are "
     "differences to the best law."

@@ -10,6 +10,7 @@ from fitting.calibrate.general.fit import MISFIT
 from fitting.calibrate.general.pipeline import GeneralCharacterisation
 from fitting.calibrate.general.scores import overall
 from fitting.inference.lasting_noise import Lasting
+from fitting.inference.least_squares.result import Status
 from fitting.inference.noise import OVERSTATED, overstated_sentence
 from fitting.inference.notes import joined
 from fitting.inference.numbers import number
@@ -240,7 +241,7 @@ def warnings(result: GeneralCharacterisation) -> list[str]:
     sentences = [*wires.warnings(result)] if result.specimen is WIRE else []
     sentences += _grouped_warnings(result.identifiability, set(result.unseen))
     if not result.fit.result.success:
-        sentences.append(f"The fit did not end well. {result.fit.result.status.value}")
+        sentences.append(_unended(result.fit.result.status))
     sentences += _unsettled(result) + _understated(result) + _without_error(result)
     ends = [x for x in result.fit.starts if x == x]
     best = min(ends, default=0.0)
@@ -254,6 +255,16 @@ def warnings(result: GeneralCharacterisation) -> list[str]:
     sentences += [*far, *zeros, *said]
     own = fitted_only(result.parameters, result.identifiability)
     return sentences + limits(own) + profile_likelihood.warnings(result)
+
+
+def _unended(status: Status) -> str:
+    """Sentences on a fit that did not end well, with the option of `pneusma characterise` that may help."""
+    option = (
+        " The command has a fixed number of steps; `--starts` begins in more places."
+        if status is Status.MAX_STEPS
+        else ""
+    )
+    return f"The fit did not end well. {status.value}{option}"
 
 
 def _without_error(result: GeneralCharacterisation) -> list[str]:

@@ -2,6 +2,7 @@
 posteriors."""
 
 import logging
+import re
 
 import corner
 import numpy as np
@@ -80,6 +81,16 @@ def label(result: CampaignPosterior, name: str) -> str:
     return f"{name} [{result.problem.unit(name)}]"
 
 
+def in_lines(text: str, letters: int = 16) -> str:
+    """A label in lines of at most so many letters, broken after underscores and spaces where it can be."""
+    lines = [""]
+    for part in re.findall(r"[^_ ]*[_ ]?", text):
+        if lines[-1] and len(lines[-1]) + len(part.rstrip()) > letters:
+            lines.append("")
+        lines[-1] += part
+    return "\n".join(line.rstrip(" ") for line in lines)
+
+
 def corner_figure(result: CampaignPosterior) -> Figure:
     """Figure of every pair of parameters, with the Laplace approximation's one- and two-sigma ellipses over
     the draws."""
@@ -93,7 +104,7 @@ def corner_figure(result: CampaignPosterior) -> Figure:
     logging.getLogger("root").addFilter(_quiet)  # corner warns through it that its contours have few points
     try:
         corner.corner(
-            table, labels=[label(result, name) for name in names], fig=figure, color=BLUE, bins=30,
+            table, labels=[in_lines(label(result, name)) for name in names], fig=figure, color=BLUE, bins=30,
             smooth=1.0, smooth1d=1.0, levels=(0.393, 0.865), plot_datapoints=False, fill_contours=True,
             plot_density=False, labelpad=0.08, max_n_ticks=3, hist_kwargs={"linewidth": 1.4},
         )  # fmt: skip
