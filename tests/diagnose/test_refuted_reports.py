@@ -180,8 +180,8 @@ def test_a_caption_names_the_outputs_that_are_not_drawn(refuted, monkeypatch):
 
 
 @pytest.mark.parametrize(("noise", "said"), [
-    (1.0, "(noise alone would leave 1)"),
-    (2.6, "(noise alone would leave 2.6, as neighbouring rows differ by more than the noise that they are judged by)"),
+    (1.0, ", where noise alone would leave 1."),
+    (2.6, ", where noise alone would leave 2.6. Neighbouring rows differ by more than the noise that they are judged by."),
 ])  # fmt: skip
 def test_what_noise_leaves_is_explained(noise, said):
     assert Left(20.0, noise, False, (), None).text.endswith(said)

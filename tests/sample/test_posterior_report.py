@@ -6,12 +6,14 @@ import json
 import h5py
 import numpy as np
 import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 from fitting.calibrate.elastomer.material import material
 from fitting.characterise import characterise
 from fitting.cli import main
 from fitting.data.publish import RECORD
 from fitting.data.recordings import read_campaign
+from fitting.report.posterior import figures
 from fitting.report.posterior.figures import in_lines
 from fitting.report.posterior.netcdf import prior_draws
 from fitting.report.posterior.tables import disagreement_table
@@ -59,6 +61,19 @@ def saved(result, tmp_path_factory):
     folder = tmp_path_factory.mktemp("posterior") / "out"
     assert {file.name for file in result.save(folder)} == FILES
     return folder
+
+
+@pytest.mark.parametrize("name", ["mu [kPa]", "viscoelastic_relaxation_tau_1 [s]"])
+def test_labels_of_a_corner_lie_apart_and_within_the_figure(result, monkeypatch, name):
+    monkeypatch.setattr(figures, "label", lambda result, parameter: name)
+    figure = figures.corner_figure(result)
+    canvas = FigureCanvasAgg(figure)
+    canvas.draw()
+    for axis in ("xaxis", "yaxis"):
+        shown = [getattr(axes, axis).label for axes in figure.axes]
+        boxes = [text.get_window_extent(canvas.get_renderer()) for text in shown if text.get_text() and text.get_visible()]
+        assert boxes and all(figure.bbox.x0 <= box.x0 and figure.bbox.y0 <= box.y0 for box in boxes)
+        assert not any(one.overlaps(other) for k, one in enumerate(boxes) for other in boxes[:k])
 
 
 def test_the_campaign_is_sampled_by_the_likelihood_of_its_fit(fit, result):

@@ -99,17 +99,20 @@ def corner_figure(result: CampaignPosterior) -> Figure:
     flat = {name: np.moveaxis(posterior.draws[name], 1, 0).ravel() for name in names}
     table = np.stack([problem.shown(name, flat[name]) for name in names], axis=1)
     table = table[np.linspace(0, len(table) - 1, min(len(table), MOST_POINTS)).astype(int)]
-    size = 1.6 + 1.75 * len(names)
+    labels = [in_lines(label(result, name)) for name in names]
+    margin = 0.75 + 0.2 * max(text.count("\n") + 1 for text in labels)  # inches, of ticks and lines of labels
+    size = 0.65 + margin + 1.75 * len(names)
     figure = Figure(figsize=(size, size))
     logging.getLogger("root").addFilter(_quiet)  # corner warns through it that its contours have few points
     try:
         corner.corner(
-            table, labels=[in_lines(label(result, name)) for name in names], fig=figure, color=BLUE, bins=30,
+            table, labels=labels, fig=figure, color=BLUE, bins=30,
             smooth=1.0, smooth1d=1.0, levels=(0.393, 0.865), plot_datapoints=False, fill_contours=True,
             plot_density=False, labelpad=0.08, max_n_ticks=3, hist_kwargs={"linewidth": 1.4},
         )  # fmt: skip
     finally:
         logging.getLogger("root").removeFilter(_quiet)
+    figure.subplots_adjust(left=margin / size, bottom=margin / size)
     grid = np.array(figure.axes).reshape(len(names), len(names))
     for i, row in enumerate(names):
         for j, column in enumerate(names[: i + 1]):
