@@ -116,6 +116,8 @@ def test_bands_beside_indices_count_the_independent_rows(tmp_path):
     counted = int(dict(zip(header, row, strict=True))["rows"])
     assert 0 < counted < 200 and f", of the {counted} rows with a result." in said
     assert "2 rows of each block of 4 are independent." in said
+    low, high = re.search(r"the mean of y would be between (\S+) and (\S+)\. At", said).groups()
+    assert float(low) < float(high)
     assert "intervals count these 200 alone." in said
 
 
@@ -195,3 +197,10 @@ def test_the_width_of_an_index_keeps_a_digit(value, half, text):
     from fitting.report.cells import with_half_width
 
     assert with_half_width(value, half, 2) == text
+
+
+def test_bounds_that_one_failed_row_makes_are_told_apart(tmp_path):
+    """They had been told as `between 164.5 and 164.5`."""
+    said, _ = run(tmp_path, PLAIN.replace("a + 2*b", "1000 + sqrt(a + 0.375) + b") + "[sampling]\nrows = 4000\n")
+    low, high = re.search(r"the mean of y would be between (\S+) and (\S+)\. At", said).groups()
+    assert float(low) < float(high)

@@ -22,7 +22,7 @@ from .numerals import CellNumber
 calamine = Late("python_calamine")
 
 ENDINGS = (".xls", ".xlsb", ".ods")
-EXTRA = "pip install 'pneusma-jax[workbooks]'"
+EXTRA = "pip install 'pneusma-jax[workbooks]' (in a clone: .venv/bin/pip install -e '.[workbooks]')"
 """Command that installs the library."""
 READ_S, BYTES_PER_S = 5.0, 1e6
 """Time to read a small file [s], and least speed of a large one [B/s]. A packed file of 1 MB takes 0.3 s."""

@@ -261,7 +261,9 @@ def bounds_sentence(result: Propagation) -> str:
     if not np.isfinite(result.moments.mean[0]):
         return "No row has a result, so nothing is known of the outputs."
     found = bounds_of(result)
-    low, high = (np.format_float_positional(end[0], 4, fractional=False) for end in found.mean)
+    ends = [float(end[0]) for end in found.mean]
+    digits = digits_apart(*ends)
+    low, high = (np.format_float_positional(end, digits, fractional=False) for end in ends)
     return (
         "If every row without a result lay within what was seen, the mean of "
         f"{result.problem.columns.shown[0]} would be between {low} and {high}. At the widest, 90 % of rows "
