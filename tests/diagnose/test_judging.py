@@ -132,9 +132,9 @@ def imperfect(strength):
 
 
 def test_an_effect_whose_form_is_not_natures_has_something_unmodelled_beside_it():
-    """It leaves more than noise, and less than makes no name trusted; the first sentence says how much."""
+    """It leaves more than noise, and less than makes no name trusted; the verdict says how much."""
     conclusion = imperfect(3.5)
-    assert conclusion.left.trusted and "a reduced chi-square of" in verdict_sentences(conclusion)[0]
+    assert conclusion.left.trusted and "A reduced chi-square of" in verdict_sentences(conclusion)[0]
     first, beside = conclusion.found[:2]
     assert (first.slug, beside.slug, beside.confusable) == (CONSTANT, "unmodelled", [CONSTANT])
     assert beside.probability == pytest.approx(DEFAULT.probability.beside)

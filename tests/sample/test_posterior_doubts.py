@@ -58,7 +58,7 @@ def crept():
 
 def judged(fit, converged=True):
     """A posterior that agrees with its fit on everything, as the sentences need it."""
-    posterior = SimpleNamespace(verdict=["Converged: 4 ensembles agree."], disagreements={})
+    posterior = SimpleNamespace(verdict=["Converged: 4 ensembles agree."], disagreements={}, names=())
     return SimpleNamespace(posterior=posterior, converged=converged, problem=SimpleNamespace(fit=fit))
 
 
