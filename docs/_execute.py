@@ -4,6 +4,7 @@ A notebook that needs recordings of other laboratories says so where they are no
 error ends the build: a page without its outputs would look as if it had none.
 """
 
+import os
 import sys
 import tempfile
 import time
@@ -14,10 +15,14 @@ from nbclient import NotebookClient
 from nbclient.exceptions import CellExecutionError
 
 LIMIT_S = 1800
+FOLDER = "PNEUSMA_RECORDINGS"
+"""Environment variable with a folder of recordings, which may be relative to where this is called."""
 
 
 def main(notebook: Path, out: Path) -> int:
     """Execute and write; 1 if a cell fails, and then nothing is written."""
+    if os.environ.get(FOLDER):
+        os.environ[FOLDER] = str(Path(os.environ[FOLDER]).resolve())
     book, begun = nbformat.read(notebook, as_version=4), time.monotonic()
     with tempfile.TemporaryDirectory() as folder:
         try:
