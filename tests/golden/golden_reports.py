@@ -126,6 +126,9 @@ def differences(old: Any, new: Any, place: str = "") -> Iterator[str]:
                 continue
             else:
                 yield from differences(old[key], new[key], where)
+    elif _numbers(old) and _numbers(new) and len(old) == len(new):  # an interval
+        for k, pair in enumerate(zip(old, new, strict=True)):
+            yield from differences(*pair, f"{place}[{k}]")
     elif _number(old) and _number(new):
         if not _equal(float(old), float(new), place.rpartition(".")[2]):
             yield f"{place}: {old:.6g} -> {new:.6g}"
@@ -135,6 +138,10 @@ def differences(old: Any, new: Any, place: str = "") -> Iterator[str]:
 
 def _number(value: Any) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool)
+
+
+def _numbers(value: Any) -> bool:
+    return isinstance(value, list) and bool(value) and all(map(_number, value))
 
 
 def _equal(old: float, new: float, key: str) -> bool:

@@ -48,6 +48,14 @@ def test_an_estimate_may_move_by_a_small_part_of_its_error():
     assert list(differences(old, {"E": {"value": 1.02, "sd": 0.5, "unit": "1"}})) == ["E.value: 1 -> 1.02"]
 
 
+def test_ends_of_an_interval_may_move_in_their_last_digits():
+    assert not list(differences({"interval90": [71.4166, 73.537]}, {"interval90": [71.4166, 73.5371]}))
+    assert list(differences({"interval90": [71.4, 73.5]}, {"interval90": [71.4, 74.5]})) == [
+        "interval90[1]: 73.5 -> 74.5"
+    ]
+    assert list(differences({"where": ["time"]}, {"where": ["strain"]}))
+
+
 def test_the_essence_rounds_and_keeps_what_decides():
     report = {"schema": "pneusma-characterisation/1", "parameters": {"mu": {"value": 1.23456789}}, "metrics": {}, "more": 1}
     assert essence(report) == {"parameters": {"mu": {"value": 1.23457}}, "metrics": {}}
