@@ -23,6 +23,14 @@ outputs = {y = "a + 2*b"}
 a = {mean = 1.0, sd = 0.5}
 b = {mean = 0.0, sd = 1.0}
 """
+ONE_STATE = """
+schema = "pneusma-study/1"
+name = "state"
+[model]
+through = "state"
+design = "pneusma2"
+pressure_kPa = 30.0
+"""
 EXAMPLES = Path(__file__).resolve().parents[2] / "calibration_data" / "examples"
 
 

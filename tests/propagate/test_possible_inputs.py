@@ -4,25 +4,18 @@ from importlib import resources
 
 import numpy as np
 import pytest
+from study_texts import ONE_STATE
 
 import pneusma_jax as pj
 from fitting.propagate import build_problem, read_study
 from pneusma_jax.errors import InputError
 
 pj.enable_float64()
-STATE = """
-schema = "pneusma-study/1"
-name = "state"
-[model]
-through = "state"
-design = "pneusma2"
-pressure_kPa = 30.0
-"""
 WIDE = '[input.G_m]\nmean = 3.0\nsd = 1.0\nunit = "GPa"\n'
 
 
 def problem_of(write, more):
-    return build_problem(read_study(write(STATE + more)))
+    return build_problem(read_study(write(ONE_STATE + more)))
 
 
 @pytest.mark.parametrize(("more", "said"), [
@@ -68,7 +61,7 @@ def test_a_median_far_from_usual_is_asked_about(write):
 def test_a_prior_of_a_table_that_reaches_zero_is_told(write, tmp_path):
     shipped = (resources.files("calibration_data") / "krl35.toml").read_text()
     (tmp_path / "alloy.toml").write_text(shipped.replace("{mean = 3.0, sd = 0.9, min = 0.5, max = 6.6}", "{mean = 3.0, sd = 1.2}"))
-    study = STATE.replace("design =", 'alloy = "alloy.toml"\ndesign =') + '[vary]\npriors = ["alloy"]\n'
+    study = ONE_STATE.replace("design =", 'alloy = "alloy.toml"\ndesign =') + '[vary]\npriors = ["alloy"]\n'
     (told,) = [one for one in build_problem(read_study(write(study))).notices if "the prior of" in one]
     assert told.startswith("the prior of G_m reaches -2.") and "but G_m must be positive" in told
     narrower = '[input.G_m]\nmean = 3.0\nsd = 0.3\nunit = "GPa"\n'

@@ -7,7 +7,7 @@ import warnings
 from importlib import resources
 
 import pytest
-from study_texts import PLAIN
+from study_texts import ONE_STATE, PLAIN
 
 import pneusma_jax as pj
 from fitting.propagate import build_problem, propagate, read_study
@@ -16,14 +16,7 @@ from fitting.report.results import save, text
 from pneusma_jax.errors import DISTRUSTED, Distrusted, InputError
 
 pj.enable_float64()
-STATE = """
-schema = "pneusma-study/1"
-name = "state"
-[model]
-through = "state"
-design = "pneusma2"
-pressure_kPa = 30.0
-[input.G_m]
+STATE = f"""{ONE_STATE}[input.G_m]
 mean = 3.0
 sd = 0.3
 unit = "GPa"

@@ -35,7 +35,7 @@ MOST_CELLS = 30_000_000
 """Maximum number of numbers in a file that become cells. A text of as many has 300 MB."""
 READ_S, BYTES_PER_S = 5.0, 5e6
 """Time to read a small file [s], and least speed of a large one [B/s]. Files of 10 MB take 0.2 s."""
-READER = Path(__file__).with_name("matlab_walk.py")
+READER = Path(__file__).with_name("file_walk.py")
 UNIT_ATTRIBUTES = ("unit", "units", "Unit", "Units")
 """Attributes of a data set of an HDF5 file that state its unit."""
 
@@ -119,7 +119,7 @@ def _variables(path: Path, content: bytes) -> dict[str, Any]:
 
 def _fault(content: bytes) -> str:
     """Reason why the library does not read a file in bounded time and memory; empty if it does."""
-    if not status_of_reading(READER, [], READ_S + len(content) / BYTES_PER_S, content):
+    if not status_of_reading(READER, ["matlab"], READ_S + len(content) / BYTES_PER_S, content):
         return ""
     return "reading it takes too long or too much memory"
 

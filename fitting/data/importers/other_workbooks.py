@@ -26,7 +26,7 @@ EXTRA = "pip install 'pneusma-jax[workbooks]' (in a clone: .venv/bin/pip install
 """Command that installs the library."""
 READ_S, BYTES_PER_S = 5.0, 1e6
 """Time to read a small file [s], and least speed of a large one [B/s]. A packed file of 1 MB takes 0.3 s."""
-READER = Path(__file__).with_name("workbook_walk.py")
+READER = Path(__file__).with_name("file_walk.py")
 _OLE, _ZIP = b"\xd0\xcf\x11\xe0", b"PK\x03\x04"
 _ODS = b"application/vnd.oasis.opendocument.spreadsheet"
 
@@ -69,7 +69,7 @@ def other_sheets(path: Path, content: bytes) -> list[tuple[str, bool, list[list[
     if not is_read():
         what = f"this is a workbook in the format {ending}"
         raise unusable(path, f"{what}; save it as .xlsx or .csv, or {EXTRA}")
-    if status_of_reading(READER, [], READ_S + len(content) / BYTES_PER_S, content):
+    if status_of_reading(READER, ["workbook"], READ_S + len(content) / BYTES_PER_S, content):
         what = "reading this workbook takes too long or too much memory"
         raise unusable(path, f"{what}; save the sheet that is wanted as .csv")
     try:
