@@ -119,9 +119,9 @@ def test_a_law_that_cannot_be_fitted_leaves_the_sources(coupons, monkeypatch):
 
 def test_a_table_on_the_command_line_takes_the_place_of_what_recordings_name(coupons):
     campaign = read_campaign(coupons)
-    assert identifies(campaign, "elastomer")
+    assert identifies(campaign.recordings, "elastomer")
     named = with_tables(campaign, {"material": "dragon_skin_10_fast"})
-    assert not identifies(named, "elastomer") and identifies(campaign, "elastomer")
+    assert not identifies(named.recordings, "elastomer") and identifies(campaign.recordings, "elastomer")
     assert start_of(named, "elastomer").words == "the published model with dragon_skin_10_fast"
     assert with_tables(campaign, {}) is campaign
 

@@ -4,7 +4,7 @@ It is what `characterise` finds from all of its starts. Its intervals, profiles 
 left out: they say nothing of a law that may miss the recordings, and a diagnosis fits all constants again.
 """
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -16,7 +16,7 @@ from fitting.calibrate.elastomer.pipeline import ElastomerCharacterisation
 from fitting.calibrate.general import characterise_general
 from fitting.calibrate.registry import own_pipeline, own_search
 from fitting.calibrate.result import Estimate
-from fitting.data.recordings import Campaign
+from fitting.data.recordings import Campaign, Recording
 from fitting.inference.notes import joined
 from fitting.specimens import specimen_of
 from fitting.specimens.priors import FIT
@@ -52,10 +52,10 @@ class Start:
     constants: tuple[BaseTable, ...] = ()
 
 
-def identifies(campaign: Campaign, kind: str) -> bool:
+def identifies(recordings: Iterable[Recording], kind: str) -> bool:
     """True if the alloy or material of recordings of one kind is to be identified."""
     key = specimen_of(kind).identified
-    return any(str(r.full_geometry().get(key)) == FIT for r in campaign.recordings)
+    return any(str(r.full_geometry().get(key)) == FIT for r in recordings)
 
 
 def start_of(campaign: Campaign, kind: str, progress: Callable[[str], None] = lambda _: None) -> Start:
@@ -69,7 +69,7 @@ def start_of(campaign: Campaign, kind: str, progress: Callable[[str], None] = la
         kind: kind of the recordings.
         progress: receives a line of text at every step.
     """
-    if not identifies(campaign, kind):
+    if not identifies(campaign.recordings, kind):
         return Start(_named(campaign, kind))
     specimen = specimen_of(kind)
     if not specimen.several_laws:
@@ -131,7 +131,7 @@ def characterised(
         progress: receives a line of text at every step.
     """
     specimen = specimen_of(kind)
-    if specimen.several_laws or not identifies(campaign, kind):
+    if specimen.several_laws or not identifies(campaign.recordings, kind):
         return
     progress("characterising")
 
