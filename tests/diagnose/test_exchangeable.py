@@ -1,18 +1,14 @@
 """A constant within its tolerance and an error of an instrument that explain the same: the report says so."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from linear_world import World, smooth
 
-from fitting.diagnose.evaluate.start import Start
 from fitting.diagnose.search.explain import explain
 from fitting.diagnose.verdict.conclude import conclude
 from fitting.diagnose.verdict.exchangeable import exchanges_of
 from fitting.diagnose.verdict.text import exchange_sentences, verdict_sentences
 from fitting.report.diagnosis.payload import content
-from pneusma_jax.calibration import load_calibration
 
 OFFSET, GAIN, DRIFT = range(3)
 
@@ -58,15 +54,7 @@ def test_a_constant_that_nobody_states_is_told_with_no_stated_value(monkeypatch)
     assert len(exchanges_of(program, fit)) == 1  # its material is known
     for recording in program.recordings:
         recording.geometry["material"] = "fit"
-    assert exchanges_of(program, fit) == []
-
-
-def test_a_constant_of_a_law_that_was_fitted_to_the_recordings_is_not_asked_to_be_measured_again():
-    """Its value before was a fit without the effect, which the report called the stated one."""
-    conclusion = concluded(pressurised(alike=1.0), pressure_calibration=(1.5, 0.0, 0.0))
-    law = replace(load_calibration("dragon_skin_10_fast"), quantities={"constant_0": None})
-    fitted = replace(conclusion, start=Start("a law fitted to these recordings", {"material": law}))
-    assert conclusion.exchanges and not fitted.exchanges
+    assert exchanges_of(program, fit) == [] and conclusion.exchanges == []
 
 
 def test_a_constant_that_moved_by_itself_is_not_told_where_no_instrument_does_the_same():

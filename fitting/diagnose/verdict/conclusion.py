@@ -5,8 +5,6 @@ from functools import cached_property
 
 import numpy as np
 
-from fitting.specimens.rows import MARK
-
 from ..evaluate.evaluation import Evaluation
 from ..evaluate.program import Program
 from ..evaluate.start import Start
@@ -155,15 +153,9 @@ class Conclusion:
     def exchanges(self) -> list[Exchange]:
         """Constants within their tolerances and errors of instruments that explain the same.
 
-        There are none where something unmodelled comes first: no number is to be trusted then. Nor has a
-        constant of a law that was fitted to these recordings a value that somebody stated.
+        There are none where something unmodelled comes first: no number is to be trusted then.
         """
-        if self.mismatch and not self.named:
-            return []
-        fitted = {name for table in self.start.tables.values() for name in table.quantities}
-        items = self.explanation.program.unknowns.items
-        found = exchanges_of(*self.model)
-        return [one for one in found if items[one.constant].name.partition(MARK)[0] not in fitted]
+        return [] if self.mismatch and not self.named else exchanges_of(*self.model)
 
     @property
     def changed(self) -> bool:

@@ -49,7 +49,8 @@ class Exchange:
 def exchanges_of(program: Program, fit: Fit) -> list[Exchange]:
     """Constants that moved, each with the strengths of instruments that would explain the same.
 
-    Those of an alloy or a material that is to be identified are left out: nobody states them.
+    Those of an alloy or a material that is to be identified are left out: nobody states them. A law that was
+    fitted to the recordings before the search is one of these.
 
     Args:
         program: program of the campaign.
