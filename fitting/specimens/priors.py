@@ -33,6 +33,16 @@ PER_LENGTH = ("rho_mean", "rho_span", "alpha_1", "alpha_2")
 FIT = "fit"
 
 
+def identifies(recordings: Iterable[Recording], keys: Iterable[str] = ("alloy", "material")) -> bool:
+    """True if a recording asks for its alloy or material to be identified.
+
+    Args:
+        recordings: recordings of any kinds.
+        keys: keys of `[geometry]` that may ask for it.
+    """
+    return any(str(recording.full_geometry().get(key)) == FIT for recording in recordings for key in keys)
+
+
 def table_of(campaign: Campaign, key: str, base: str | Path | None = None) -> tuple[Calibration, bool]:
     """The one alloy or material of a campaign, and a flag that is true if it is to be identified.
 

@@ -17,9 +17,10 @@ from fitting.diagnose import diagnose
 from fitting.diagnose.check import with_tables
 from fitting.diagnose.evaluate import start
 from fitting.diagnose.evaluate.base_tables import base_tables
-from fitting.diagnose.evaluate.start import begun_at, characterised, identifies, start_of
+from fitting.diagnose.evaluate.start import begun_at, characterised, start_of
 from fitting.diagnose.fit import base_fit
 from fitting.diagnose.run import _made_once
+from fitting.specimens.priors import identifies
 from fitting.specimens.saved_models import load_model
 from pneusma_jax.errors import InputError
 from pneusma_jax.silicone import load_silicone
@@ -119,9 +120,9 @@ def test_a_law_that_cannot_be_fitted_leaves_the_sources(coupons, monkeypatch):
 
 def test_a_table_on_the_command_line_takes_the_place_of_what_recordings_name(coupons):
     campaign = read_campaign(coupons)
-    assert identifies(campaign.recordings, "elastomer")
+    assert identifies(campaign.recordings, ["material"])
     named = with_tables(campaign, {"material": "dragon_skin_10_fast"})
-    assert not identifies(named.recordings, "elastomer") and identifies(campaign.recordings, "elastomer")
+    assert not identifies(named.recordings, ["material"]) and identifies(campaign.recordings, ["material"])
     assert start_of(named, "elastomer").words == "the published model with dragon_skin_10_fast"
     assert with_tables(campaign, {}) is campaign
 

@@ -13,7 +13,7 @@ from fitting.calibrate.profile_likelihood import Profile
 from fitting.calibrate.profiled_fits import loosest, to_the_end, with_intervals
 from fitting.calibrate.quoted import KELVIN, estimates, of_prior_alone
 from fitting.calibrate.result import Characterisation, Estimate
-from fitting.data.recordings import Campaign, Recording, all_real
+from fitting.data.recordings import Campaign, all_real
 from fitting.inference.lasting_noise import (
     SURE_OF_WHITE,
     Lasting,
@@ -313,7 +313,7 @@ def _result(
     )  # fmt: skip
     result = GeneralCharacterisation(
         campaign=campaign,
-        identify=_identifies(fit.recordings),
+        identify=priors.identifies(fit.recordings),
         fit=fit,
         start=start,
         information=fisher,
@@ -340,12 +340,6 @@ def _wanted(fit: GeneralFit, profile: int | Sequence[str]) -> list[str]:
         return loosest(known, known.layout().free, profile)
     able = loosest(known, [name for name in profile if name in known], EVERY)
     return [name for name in profile if name in able or name not in known]
-
-
-def _identifies(recordings: Sequence[Recording]) -> bool:
-    """True if a recording asks for its alloy or material to be identified."""
-    geometry = [recording.full_geometry() for recording in recordings]
-    return any(str(g.get(key)) == priors.FIT for g in geometry for key in ("alloy", "material"))
 
 
 def adjusted(parameters: Parameters, changes: Mapping[str, Mapping[str, Any]]) -> Parameters:

@@ -4,7 +4,7 @@ It is what `characterise` finds from all of its starts. Its intervals, profiles 
 left out: they say nothing of a law that may miss the recordings, and a diagnosis fits all constants again.
 """
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -16,10 +16,10 @@ from fitting.calibrate.elastomer.pipeline import ElastomerCharacterisation
 from fitting.calibrate.general import characterise_general
 from fitting.calibrate.registry import own_pipeline, own_search
 from fitting.calibrate.result import Estimate
-from fitting.data.recordings import Campaign, Recording
+from fitting.data.recordings import Campaign
 from fitting.inference.notes import joined
 from fitting.specimens import specimen_of
-from fitting.specimens.priors import FIT
+from fitting.specimens.priors import identifies
 from fitting.specimens.rows import MARK
 from fitting.specimens.silicones import FACTOR, UNKNOWN
 from pneusma_jax.calibration.records import Calibration, Prior
@@ -52,12 +52,6 @@ class Start:
     constants: tuple[BaseTable, ...] = ()
 
 
-def identifies(recordings: Iterable[Recording], kind: str) -> bool:
-    """True if the alloy or material of recordings of one kind is to be identified."""
-    key = specimen_of(kind).identified
-    return any(str(r.full_geometry().get(key)) == FIT for r in recordings)
-
-
 def start_of(campaign: Campaign, kind: str, progress: Callable[[str], None] = lambda _: None) -> Start:
     """The base model of a campaign. A coupon of an unknown silicone gets the law that predicts it best.
 
@@ -69,9 +63,9 @@ def start_of(campaign: Campaign, kind: str, progress: Callable[[str], None] = la
         kind: kind of the recordings.
         progress: receives a line of text at every step.
     """
-    if not identifies(campaign.recordings, kind):
-        return Start(_named(campaign, kind))
     specimen = specimen_of(kind)
+    if not identifies(campaign.recordings, [specimen.identified]):
+        return Start(_named(campaign, kind))
     if not specimen.several_laws:
         return Start(f"the published model, its {specimen.identified} identified from these recordings")
     progress("fitting laws of the silicone")
@@ -131,7 +125,7 @@ def characterised(
         progress: receives a line of text at every step.
     """
     specimen = specimen_of(kind)
-    if specimen.several_laws or not identifies(campaign.recordings, kind):
+    if specimen.several_laws or not identifies(campaign.recordings, [specimen.identified]):
         return
     progress("characterising")
 

@@ -10,13 +10,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from fitting.specimens import specimen_of
+from fitting.specimens.priors import identifies
 from fitting.specimens.rows import MARK
 from fitting.specimens.silicones import FACTOR
 from pneusma_jax.calibration.keys import QUANTITIES
 from pneusma_jax.effects import CATALOGUE
 
 from ..evaluate.program import Program
-from ..evaluate.start import identifies
 from ..fit.evidence import inflation_of
 from ..fit.refit import Fit, prior_sd
 from ..settings import DEFAULT
@@ -93,9 +93,10 @@ def exchanges_of(program: Program, fit: Fit) -> list[Exchange]:
 
 def _to_identify(program: Program) -> set[str]:
     """Names of the constants of an alloy or a material that the recordings are to tell."""
-    if not identifies(program.recordings, program.kind):
+    key = specimen_of(program.kind).identified
+    if not identifies(program.recordings, [key]):
         return set()
-    return {FACTOR, *QUANTITIES["alloy" if specimen_of(program.kind).identified == "alloy" else "silicone"]}
+    return {FACTOR, *QUANTITIES["alloy" if key == "alloy" else "silicone"]}
 
 
 class _Normal:
