@@ -110,23 +110,21 @@ def one_campaign(kind: str, seed: int) -> dict:
 def risen(profile, unit: str) -> dict[str, list[float]]:
     """Intervals by the rise of chi-square alone, without the density beyond, in the unit of files."""
     from fitting.calibrate.profile_likelihood import RISES
-    from fitting.calibrate.quoted import KELVIN
-    from pneusma_jax.units import from_si
+    from pneusma_jax.units import constant_from_si
 
     if profile is None:
         return {}
     found = {str(p): np.clip(profile.interval(rise), *profile.bounds) for p, rise in RISES.items()}
-    return {p: [float(from_si(x, unit, unit == KELVIN)) for x in ends] for p, ends in found.items()}
+    return {p: [float(constant_from_si(x, unit)) for x in ends] for p, ends in found.items()}
 
 
 def rank_of(profile, entry, truth: float) -> float | None:
     """Part of the density below the truth, 0 to 1; None of a constant without a profile."""
-    from fitting.calibrate.quoted import KELVIN
-    from pneusma_jax.units import to_si
+    from pneusma_jax.units import constant_to_si
 
     if profile is None or len(profile.value) < 2:
         return None
-    return float(np.interp(float(to_si(truth, entry.unit, entry.unit == KELVIN)), *profile.distribution))
+    return float(np.interp(float(constant_to_si(truth, entry.unit)), *profile.distribution))
 
 
 def rise_at_truth(fit, record: dict) -> tuple[float, int]:

@@ -55,12 +55,12 @@ def write_gaussian(fit, path, seed):
     )
     draws = np.random.default_rng(seed).multivariate_normal(mean, correlation * np.outer(sd, sd), DRAWS)
     units = {name: fit.fitted[name].unit for name in names}
-    from pneusma_jax.units import from_si
+    from pneusma_jax.units import constant_from_si
 
     with h5py.File(path, "w") as file:
         group = file.create_group("posterior")
         for name, column in zip(names, draws.T, strict=True):
-            values = from_si(column, units[name], units[name] == "K")
+            values = constant_from_si(column, units[name])
             group.create_dataset(name, data=np.reshape(values, (4, -1))).attrs["unit"] = units[name]
 
 

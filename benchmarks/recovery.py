@@ -95,7 +95,7 @@ def one_campaign(kind: str, seed: int, steps: int, noise: dict | None = None) ->
         entry["z"][name] = float((e.value - truth) / e.sd)
         entry["laplace"][name] = float(norm.cdf((truth - e.value) / e.sd))
     if steps:
-        from pneusma_jax.units import to_si
+        from pneusma_jax.units import constant_to_si
 
         sampled = fit.posterior(seed=seed, ensembles=2, max_steps=steps, progress=False)
         state = sampled.posterior.convergence
@@ -104,7 +104,7 @@ def one_campaign(kind: str, seed: int, steps: int, noise: dict | None = None) ->
         for name, truth in real.items():
             unit = fit.parameters[name].unit
             draws = np.asarray(sampled.posterior.draws[name])
-            entry["emcee"][name] = float(np.mean(draws < to_si(truth, unit, unit == "K")))
+            entry["emcee"][name] = float(np.mean(draws < constant_to_si(truth, unit)))
     entry["seconds"] = time.perf_counter() - began
     return entry
 

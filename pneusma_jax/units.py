@@ -219,6 +219,24 @@ def from_si(value, unit: str, difference: bool = False):
     return shifted / factor
 
 
+def is_difference(unit: str) -> bool:
+    """True for the unit in which a constant is a difference of temperatures: K, as of `T_width`.
+
+    A difference has no zero to be shifted. A constant that is a temperature is in degC.
+    """
+    return unit == INTERNAL_UNITS[TEMPERATURE_DIFFERENCE]
+
+
+def constant_to_si(value, unit: str):
+    """Convert a constant to the internal unit; as `to_si`, but a constant in K is a difference."""
+    return to_si(value, unit, is_difference(unit))
+
+
+def constant_from_si(value, unit: str):
+    """Convert a constant from the internal unit; the inverse of `constant_to_si`."""
+    return from_si(value, unit, is_difference(unit))
+
+
 def written(unit: str) -> str:
     """A unit as people write it: `1/m` for `1pm`, which is its spelling in the names of columns."""
     return _WITH_SLASH.get(unit, unit)

@@ -9,6 +9,8 @@ from pneusma_jax.units import (
     INTERNAL_UNITS,
     UNITS,
     amount,
+    constant_from_si,
+    constant_to_si,
     dimension_of,
     from_si,
     to_si,
@@ -172,3 +174,9 @@ def test_a_unit_that_is_not_text_is_refused():
 )
 def test_a_count_agrees_with_its_noun(count, words, said):
     assert errors.counted(count, *words) == said
+
+
+def test_a_constant_in_kelvin_is_a_difference_and_one_in_celsius_a_temperature():
+    assert constant_to_si(12.0, "K") == constant_from_si(12.0, "K") == 12.0
+    assert constant_to_si(45.0, "degC") == 45.0 and constant_to_si(2.0, "GPa") == 2e9
+    assert to_si(12.0, "K") != 12.0

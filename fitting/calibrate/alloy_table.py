@@ -5,13 +5,12 @@ from collections.abc import Iterable, Mapping
 
 import numpy as np
 
-from fitting.calibrate.quoted import KELVIN
 from fitting.calibrate.result import Estimate
 from fitting.data.recordings.named_tables import ON_A_STAND
 from fitting.inference.parameters import Parameter, Parameters
 from pneusma_jax.calibration import Calibration
 from pneusma_jax.calibration.records import Prior, Quantity
-from pneusma_jax.units import from_si, to_si
+from pneusma_jax.units import constant_to_si, from_si, is_difference, to_si
 
 DIGITS = 10  # Number of significant digits of a fitted number
 
@@ -58,22 +57,22 @@ def alloy_table(
 
 def _fitted(entry: Parameter, taken: Quantity, source: str, quoted: Estimate | None) -> Quantity:
     """A constant as it was fitted, in SI, with its quoted error and interval."""
-    is_difference = taken.unit == KELVIN
-    value, sd, interval = _rounded(entry.value, taken.unit, is_difference), entry.standard_error, None
+    value, sd, interval = _rounded(entry.value, taken.unit), entry.standard_error, None
     if quoted is not None and not quoted.interval:
         sd = None
     elif quoted is not None and np.isfinite(quoted.sd):
         sd = float(to_si(quoted.sd, taken.unit, True))
     if quoted is not None and np.isfinite(quoted.interval.get(90, np.nan)).all():
-        ends = (float(to_si(end, taken.unit, is_difference)) for end in quoted.interval[90])
-        interval = tuple(_rounded(end, taken.unit, is_difference) for end in ends)
-    prior = None if not sd else Prior(mean=value, sd=_rounded(sd, taken.unit, True))
+        ends = (float(constant_to_si(end, taken.unit)) for end in quoted.interval[90])
+        interval = tuple(_rounded(end, taken.unit) for end in ends)
+    prior = None if not sd else Prior(mean=value, sd=_rounded(sd, taken.unit, width=True))
     without = "; its error is not known" if entry.standard_error else "; not determined by these tests"
     note = "" if sd else "; at a bound" if entry.at_bound else without
     return Quantity(entry.name, value, taken.unit, "fitted", source + note, prior, interval)
 
 
-def _rounded(value: float, unit: str, is_difference: bool) -> float:
-    """A number in SI that has few digits in the unit of the file; a difference has no zero to be shifted."""
-    digits = f"{float(from_si(value, unit, is_difference)):.{DIGITS}g}"
-    return float(to_si(float(digits), unit, is_difference))
+def _rounded(value: float, unit: str, width: bool = False) -> float:
+    """A constant in SI, or the width of its distribution, that has few digits in the unit of the file."""
+    difference = width or is_difference(unit)
+    digits = f"{float(from_si(value, unit, difference)):.{DIGITS}g}"
+    return float(to_si(float(digits), unit, difference))

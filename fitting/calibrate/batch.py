@@ -21,7 +21,7 @@ from fitting.specimens.priors import quantity_of
 from fitting.specimens.rows import MARK
 from pneusma_jax.errors import InputError, counted
 from pneusma_jax.precision import enable_float64
-from pneusma_jax.units import from_si
+from pneusma_jax.units import constant_from_si, from_si
 
 from .pooling import Pooled, pool, without_priors
 from .registry import characterise
@@ -225,6 +225,6 @@ def _without_shared_priors(result: Characterisation) -> dict[str, tuple[float, f
     )
     alone = {}
     for entry, value, error in zip(entries, *found, strict=True):
-        at = float(from_si(value, entry.unit, entry.unit == "K"))
+        at = float(constant_from_si(value, entry.unit))
         alone[entry.name] = at, float(from_si(error, entry.unit, difference=True))
     return alone

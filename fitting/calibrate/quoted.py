@@ -11,13 +11,11 @@ import numpy as np
 
 from fitting.inference.parameters import Parameter
 from pneusma_jax.calibration.records import Quantity
-from pneusma_jax.units import from_si
+from pneusma_jax.units import constant_from_si, from_si
 
 from .profile_likelihood import RISES, WIDTH_90, Profile
 from .result import Estimate
 
-KELVIN = "K"
-"""Unit of differences of temperature, which have no zero to be shifted."""
 Levels = Mapping[int, tuple[float, float]]
 """Factors on the rise at the lower and the upper end of intervals of so many per cent."""
 ALIKE = (1.0, 1.0)
@@ -77,10 +75,10 @@ def estimate(
         interval, determined, curved = _of_parabola(entry, sd, levels or {}), (True, True), False
     if not (profiled and curved):
         sd *= mean
-    in_file = lambda x, width=False: float(from_si(x, entry.unit, width or entry.unit == KELVIN))  # noqa: E731
+    in_file = lambda x: float(constant_from_si(x, entry.unit))  # noqa: E731
     return Estimate(
         value=in_file(entry.value),
-        sd=float("nan") if not np.isfinite(sd) else in_file(sd, True),
+        sd=float("nan") if not np.isfinite(sd) else float(from_si(sd, entry.unit, True)),
         unit=entry.unit,
         at_bound=entry.at_bound,
         interval={percent: (in_file(low), in_file(high)) for percent, (low, high) in interval.items()},
@@ -123,7 +121,7 @@ def _of_prior(entry: Parameter, interval: Mapping[int, tuple[float, float]]) -> 
 def of_prior_alone(quantity: Quantity) -> Estimate:
     """A constant that no recording shows, with the error of its prior; in the unit of files."""
     sd, unit = float(np.hypot(quantity.prior.sd, quantity.value - quantity.prior.mean)), quantity.unit
-    value = float(from_si(quantity.value, unit, unit == KELVIN))
+    value = float(constant_from_si(quantity.value, unit))
     error = float(from_si(sd, unit, True))
     interval = {
         p: (value - np.sqrt(rise) * error, value + np.sqrt(rise) * error) for p, rise in RISES.items()

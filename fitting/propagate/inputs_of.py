@@ -14,7 +14,7 @@ from fitting.data import hdf5
 from fitting.inference.parameters.ties import RESERVED
 from fitting.specimens.rows import MARK
 from pneusma_jax.errors import InputError, counted, nearest
-from pneusma_jax.units import UNITS, dimension_of, suggested_unit, to_si
+from pneusma_jax.units import UNITS, constant_to_si, dimension_of, is_difference, suggested_unit, to_si
 
 from .distributions import Gaussian, Marginal, from_scipy
 from .inputs import Draws, Inputs, copula_of, correlation_matrix
@@ -280,7 +280,7 @@ def _marginal(entry: Mapping[str, Any], name: str, known: Known, study: Study) -
             f"{where} needs distribution and its numbers, or mean and sd (and min, max), or low and high;"
             f" it has {', '.join(entry) or 'nothing'}"
         )
-    return _gaussian(numbers, unit, known.unit == "K", where)
+    return _gaussian(numbers, unit, is_difference(known.unit), where)
 
 
 def _unit_of(entry: Mapping[str, Any], name: str, known: Known, where: str) -> str:
@@ -296,13 +296,13 @@ def _unit_of(entry: Mapping[str, Any], name: str, known: Known, where: str) -> s
     return unit
 
 
-def _gaussian(numbers: Mapping[str, float], unit: str, is_difference: bool, where: str) -> Marginal:
+def _gaussian(numbers: Mapping[str, float], unit: str, difference: bool, where: str) -> Marginal:
     """A Gaussian by `mean`, `sd` and perhaps `min`, `max`.
 
     Args:
         numbers: these, in `unit`.
         unit: their unit.
-        is_difference: true if the mean is a difference of temperatures, which has no zero to be shifted.
+        difference: true if the mean is a difference of temperatures, which has no zero to be shifted.
         where: file and table, for messages.
     """
     if numbers["sd"] <= 0.0:
@@ -312,7 +312,7 @@ def _gaussian(numbers: Mapping[str, float], unit: str, is_difference: bool, wher
         raise InputError(f"{where}: min = {low:g} must be less than max = {high:g}")
     if not (low - 5.0 * numbers["sd"] < numbers["mean"] < high + 5.0 * numbers["sd"]):
         raise InputError(f"{where}: mean = {numbers['mean']:g} lies more than 5 sd outside of min and max")
-    mean, low, high = (to_si(x, unit, difference=is_difference) for x in (numbers["mean"], low, high))
+    mean, low, high = (to_si(x, unit, difference=difference) for x in (numbers["mean"], low, high))
     return Gaussian(mean, to_si(numbers["sd"], unit, difference=True), low, high)
 
 
@@ -337,7 +337,7 @@ def read_draws(place: Path) -> Draws:
                 if unit not in UNITS:
                     raise InputError(f"{file}: unknown unit {unit!r} of {name!r}, {suggested_unit(unit)}")
                 with np.errstate(over="ignore"):  # infinite draws are refused below
-                    columns[name] = to_si(np.asarray(group[name]).ravel(), unit, difference=unit == "K")
+                    columns[name] = constant_to_si(np.asarray(group[name]).ravel(), unit)
         if not columns:
             raise InputError(f"{file}: there are no draws in it; `pneusma posterior` leaves some")
         table = np.stack(list(columns.values()), axis=1)

@@ -8,7 +8,7 @@ from fitting.specimens.rows import MARK
 from pneusma_jax.calibration.keys import POSITIVE
 from pneusma_jax.calibration.plausible import implausible, unusual
 from pneusma_jax.errors import InputError
-from pneusma_jax.units import amount, dimension_of, from_si
+from pneusma_jax.units import amount, constant_from_si, dimension_of
 
 from .distributions import Marginal
 from .inputs import normal_scores
@@ -17,8 +17,6 @@ from .study import Study
 UNSEEN = 0.01
 """Expected number of rows with impossible numbers from which on a distribution is refused [1]. Of 1,000 rows
 that is a standard deviation of 23 % of the mean, of 10,000 one of 21 %."""
-KELVIN = "K"
-"""Unit of differences of temperature, which have no zero to be shifted."""
 
 
 def lowest_score(study: Study) -> float:
@@ -88,4 +86,4 @@ def _key(name: str) -> str:
 
 
 def _shown(marginal: Marginal, score: float, unit: str) -> float:
-    return float(from_si(marginal.at(score), unit, unit == KELVIN))
+    return float(constant_from_si(marginal.at(score), unit))

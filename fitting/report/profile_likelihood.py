@@ -8,10 +8,9 @@ from matplotlib.figure import Figure
 
 from fitting.calibrate.profile_likelihood import ALIKE, RISES, Profile
 from fitting.calibrate.profile_search import FITS
-from fitting.calibrate.quoted import KELVIN
 from fitting.calibrate.result import Estimate
 from fitting.inference.notes import joined
-from pneusma_jax.units import amount, from_si, to_si
+from pneusma_jax.units import amount, constant_from_si, constant_to_si
 
 from . import figures as house
 from .cells import told_apart
@@ -161,8 +160,8 @@ def document(result: Profiled) -> dict[str, Any]:
 def _in_si(estimate: Estimate, percent: int) -> list[float]:
     """Ends of a quoted interval, SI; empty where there is none."""
     unit, ends = estimate.unit, estimate.interval.get(percent, ())
-    return [float(to_si(end, unit, unit == KELVIN)) for end in ends]
+    return [float(constant_to_si(end, unit)) for end in ends]
 
 
 def _in_file(value: np.ndarray | float, unit: str) -> np.ndarray | float:
-    return from_si(value, unit, unit == KELVIN)
+    return constant_from_si(value, unit)

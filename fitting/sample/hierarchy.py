@@ -32,9 +32,9 @@ from fitting.inference.results import Result
 from fitting.specimens.priors import quantity_of
 from fitting.specimens.rows import MARK
 from pneusma_jax.errors import InputError
-from pneusma_jax.units import from_si
+from pneusma_jax.units import constant_from_si, from_si
 
-from .problem import KELVIN, Problem
+from .problem import Problem
 from .problems import sampling_problem
 from .result import Posterior
 from .sampling import sample
@@ -120,7 +120,7 @@ class Together(Result):
         away = own - mean
         drawn = 1.0 - np.var(away.mean(axis=1)) / max(float(np.mean(np.var(away, axis=0))), 1e-300)
         found = [self.fits[k].parameters[own_name] for k, own_name in places]
-        value = lambda x: np.asarray(from_si(x, entry.unit, entry.unit == KELVIN))  # noqa: E731
+        value = lambda x: np.asarray(constant_from_si(x, entry.unit))  # noqa: E731
         width = lambda x: np.asarray(from_si(x, entry.unit, difference=True))  # noqa: E731
         sizes = np.quantile(spread, [0.05, 0.5, 0.95])
         return Shared(

@@ -9,11 +9,9 @@ from jaxtyping import Array, Float, PyTree
 
 from fitting.calibrate.result import Characterisation
 from fitting.inference.parameters import Parameters
-from pneusma_jax.units import from_si
+from pneusma_jax.units import from_si, is_difference
 
 from .target import Target
-
-KELVIN = "K"
 
 
 @dataclass(frozen=True)
@@ -75,8 +73,8 @@ class Problem:
 
     def shown(self, name: str, value: Float[np.ndarray, "..."] | float, spread: bool = False) -> np.ndarray:
         """Values of a parameter in the unit of files, or a standard deviation with `spread`."""
-        unit = self.unit(name)  # kelvin are widths and gaps, whose zero stays zero
-        return np.asarray(from_si(value, unit, difference=spread or unit == KELVIN))
+        unit = self.unit(name)
+        return np.asarray(from_si(value, unit, difference=spread or is_difference(unit)))
 
     def predictions(self, coordinates: Float[np.ndarray, "draws n"]) -> list[Float[np.ndarray, "draws rows"]]:
         """Predicted curves of many draws, one array for each curve."""

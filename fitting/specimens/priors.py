@@ -16,7 +16,7 @@ from pneusma_jax.calibration.keys import POSITIVE
 from pneusma_jax.calibration.records import Quantity
 from pneusma_jax.errors import InputError, nearest
 from pneusma_jax.nitinol.geometry import OVERLAP
-from pneusma_jax.units import amount, from_si
+from pneusma_jax.units import amount, constant_from_si
 
 from .rows import MARK
 
@@ -247,7 +247,7 @@ def _check_bounds(entry: Parameter, wanted: Mapping[str, Any]) -> None:
     ends = [wanted.get(key, getattr(entry, key)) for key in ("min", "max")]
     if value is None or ends[0] <= value <= ends[1]:
         return
-    told, low, high = (f"{float(from_si(x, entry.unit, entry.unit == 'K')):.6g}" for x in (value, *ends))
+    told, low, high = (f"{float(constant_from_si(x, entry.unit)):.6g}" for x in (value, *ends))
     if math.isinf(ends[1]):
         bounds = f"must be at least {amount(low, entry.unit)}"
     elif math.isinf(ends[0]):

@@ -11,7 +11,7 @@ from fitting.calibrate.information import Information, with_errors
 from fitting.calibrate.open_constants import of_unfitted, open_constants
 from fitting.calibrate.profile_likelihood import Profile
 from fitting.calibrate.profiled_fits import loosest, to_the_end, with_intervals
-from fitting.calibrate.quoted import KELVIN, estimates, of_prior_alone
+from fitting.calibrate.quoted import estimates, of_prior_alone
 from fitting.calibrate.result import Characterisation, Estimate
 from fitting.data.recordings import Campaign, all_real
 from fitting.inference.lasting_noise import (
@@ -31,7 +31,7 @@ from fitting.specimens.with_saved_model import Augmented, Held
 from pneusma_jax.calibration.records import Quantity
 from pneusma_jax.errors import InputError
 from pneusma_jax.precision import require_float64
-from pneusma_jax.units import to_si
+from pneusma_jax.units import constant_to_si, to_si
 
 from .fit import GeneralFit, beside_zeros, continued_from, fit_campaign
 from .information import Repeat, held_back, informed, repeats
@@ -348,7 +348,7 @@ def adjusted(parameters: Parameters, changes: Mapping[str, Mapping[str, Any]]) -
     for name, change in changes.items():
         unit = parameters[name].unit if name in parameters else "1"
         in_si[name] = {
-            key: to_si(value, unit, unit == KELVIN) if key in ("value", "min", "max") else value
+            key: constant_to_si(value, unit) if key in ("value", "min", "max") else value
             for key, value in change.items()
         }
     return priors.adjusted(parameters, in_si)

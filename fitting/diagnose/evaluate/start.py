@@ -24,7 +24,7 @@ from fitting.specimens.rows import MARK
 from fitting.specimens.silicones import FACTOR, UNKNOWN
 from pneusma_jax.calibration.records import Calibration, Prior
 from pneusma_jax.errors import InputError
-from pneusma_jax.units import to_si
+from pneusma_jax.units import constant_to_si
 
 from ..settings import DEFAULT
 from .base_tables import BaseTable
@@ -156,6 +156,6 @@ def begun_at(known: Mapping[str, Estimate], unknowns: Unknowns) -> np.ndarray:
     for k in unknowns.base:
         estimate = known.get(unknowns.items[k].name)
         if estimate is not None:
-            value = float(to_si(estimate.value, estimate.unit, estimate.unit == "K"))
+            value = float(constant_to_si(estimate.value, estimate.unit))
             u[k] = np.clip(unknowns.items[k].scaled(value), unknowns.low[k], unknowns.high[k])
     return u

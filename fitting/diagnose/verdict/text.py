@@ -13,7 +13,7 @@ from fitting.inference.numbers import number
 from fitting.specimens import specimen_of
 from fitting.specimens.rows import of_specimen
 from pneusma_jax.errors import counted
-from pneusma_jax.units import amount, from_si
+from pneusma_jax.units import amount, constant_from_si, from_si
 
 from ..evaluate.unknowns import Unknown
 from ..fit.base_fit import told_at_bound
@@ -84,8 +84,7 @@ def exchange_sentences(conclusion: Conclusion, chosen: Sequence[Exchange]) -> li
     specimens, said = [r.specimen for r in program.recordings], []
 
     def sized(item: Unknown, value: float) -> str:
-        difference = item.unit == "K"
-        return amount(number(float(from_si(value, item.unit, difference=difference)), ".4g"), item.unit)
+        return amount(number(float(constant_from_si(value, item.unit)), ".4g"), item.unit)
 
     for one in sorted(chosen, key=lambda x: -abs(fit.u[x.constant])):
         constant, strength = (program.unknowns.items[k] for k in (one.constant, one.strength))

@@ -15,7 +15,7 @@ from fitting.diagnose.verdict.probabilities import Found
 from fitting.inference.notes import joined
 from fitting.specimens.rows import of_specimen
 from pneusma_jax.model_discrepancy import unit_of
-from pneusma_jax.units import from_si
+from pneusma_jax.units import constant_from_si, from_si
 
 from ..cells import number, with_error, with_unit
 from ..table import Table
@@ -186,7 +186,7 @@ def base_table(conclusion: Conclusion) -> Table:
     rows = []
     for k in unknowns.base:
         item = unknowns.items[k]
-        shown = lambda v, item=item: number(float(from_si(v, item.unit, item.unit == "K")), ".4g")  # noqa: E731
+        shown = lambda v, item=item: number(float(constant_from_si(v, item.unit)), ".4g")  # noqa: E731
         cells = [
             f"{shown(item.value(fit.u[k]))} ({fit.u[k]:+.1f} sd{', at its bound' * (item.name in bound)})"
             for fit, bound in zip(fits, held, strict=True)

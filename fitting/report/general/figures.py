@@ -9,11 +9,10 @@ from matplotlib.figure import Figure
 
 from fitting.calibrate.general.pipeline import GeneralCharacterisation
 from fitting.calibrate.general.scores import Score
-from fitting.calibrate.quoted import KELVIN
 from fitting.calibrate.result import Estimate
 from fitting.inference.notes import joined
 from fitting.inference.parameters import Parameter
-from pneusma_jax.units import to_si
+from pneusma_jax.units import constant_to_si, to_si
 
 from .. import figures as house
 from .. import profile_likelihood
@@ -104,7 +103,7 @@ def _before(entry: Parameter) -> tuple[float, float, float]:
 def _error(entry: Parameter, quoted: Estimate) -> np.ndarray:
     """Standard error, or errors to either side where the misfit is no parabola [SI]; shape (2, 1)."""
     if quoted.curved and 68 in quoted.interval:
-        low, high = (to_si(end, quoted.unit, quoted.unit == KELVIN) for end in quoted.interval[68])
+        low, high = (constant_to_si(end, quoted.unit) for end in quoted.interval[68])
         return np.maximum([[entry.value - low], [high - entry.value]], 0.0)
     return np.full((2, 1), to_si(quoted.sd, quoted.unit, difference=True))
 

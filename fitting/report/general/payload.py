@@ -6,10 +6,9 @@ from fitting.calibrate.assumed import notices_of
 from fitting.calibrate.general.information import advice
 from fitting.calibrate.general.pipeline import GeneralCharacterisation
 from fitting.calibrate.general.scores import Score, overall
-from fitting.calibrate.quoted import KELVIN
 from fitting.specimens import WIRE
 from fitting.specimens.rows import MOST_ROWS
-from pneusma_jax.units import from_si
+from pneusma_jax.units import constant_from_si
 
 from .. import characterisation, profile_likelihood
 from . import text, wires
@@ -53,7 +52,7 @@ def _model_json(result: GeneralCharacterisation) -> dict[str, Any]:
         return {}
     fixed = {
         one.name: {
-            "value": float(from_si(one.value, one.unit, one.unit == KELVIN)),
+            "value": float(constant_from_si(one.value, one.unit)),
             "unit": one.unit,
             "why": one.why,
         }

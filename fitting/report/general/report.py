@@ -5,8 +5,7 @@ from fitting.calibrate.general.information import advice
 from fitting.calibrate.general.pipeline import GeneralCharacterisation
 from fitting.calibrate.general.scores import overall
 from fitting.calibrate.general.tables import geometry_toml, tables
-from fitting.calibrate.quoted import KELVIN
-from pneusma_jax.units import from_si
+from pneusma_jax.units import constant_from_si
 
 from .. import characterisation
 from ..cautions import model_of, table_of
@@ -76,7 +75,7 @@ def _files(result: GeneralCharacterisation) -> dict[str, str]:
 
 
 def _parameters(result: GeneralCharacterisation) -> Table:
-    start = {n: float(from_si(result.start[n], e.unit, e.unit == KELVIN)) for n, e in result.fitted.items()}
+    start = {n: float(constant_from_si(result.start[n], e.unit)) for n, e in result.fitted.items()}
     share = {name: estimate.of_prior for name, estimate in result.parameters.items()}
     start |= {name: e.value for name, e in result.parameters.items() if name not in start}
     return characterisation.parameter_table(result.parameters, start, share)
@@ -84,7 +83,7 @@ def _parameters(result: GeneralCharacterisation) -> Table:
 
 def _held(result: GeneralCharacterisation) -> Table:
     rows = [
-        [one.name, number(from_si(one.value, one.unit, one.unit == KELVIN), ".6g"), one.unit, one.why]
+        [one.name, number(constant_from_si(one.value, one.unit), ".6g"), one.unit, one.why]
         for one in result.held()
     ]
     return Table(["number", "value", "unit", "why"], rows, HELD)

@@ -10,7 +10,7 @@ from fitting.propagate import Propagation
 from fitting.propagate.inputs import POSTERIOR
 from fitting.propagate.problem import Problem
 from fitting.propagate.statistics.failures import level_bounds, mean_bounds, sd_bounds, share_bounds
-from pneusma_jax.units import from_si
+from pneusma_jax.units import constant_from_si
 
 LEVELS = (0.005, 0.025, 0.05, 0.16, 0.25, 0.5, 0.75, 0.84, 0.95, 0.975, 0.995)
 """Quantile levels of tables."""
@@ -141,7 +141,7 @@ def input_rows(problem: Problem) -> list[list]:
     for name, marginal in problem.inputs.marginals.items():
         unit = problem.response.known[name].unit
         values = np.asarray(marginal.at(SCORES), float)
-        rows.append([name, unit or "SI", marginal.words, *from_si(values, unit or "1", unit == "K")])
+        rows.append([name, unit or "SI", marginal.words, *constant_from_si(values, unit or "1")])
     if problem.inputs.draws is not None:
         draws = problem.inputs.draws
         words = f"{len(draws.table):,} joint draws of {', '.join(draws.names)}"
