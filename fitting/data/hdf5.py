@@ -14,7 +14,7 @@ from typing import Any
 from pneusma_jax.errors import InputError, reason_of
 from pneusma_jax.late import Late
 
-from .first_reading import status_of_reading
+from .first_reading import fault_of_reading
 from .sealed import check_seal, remains
 
 h5py = Late("h5py")
@@ -29,11 +29,6 @@ _HEAD = 64
 _SIZE_OF_ADDRESS, _FIRST_ADDRESS = {0: 13, 1: 13, 2: 9, 3: 9}, {0: 24, 1: 28, 2: 12, 3: 12}
 """Places of the size of addresses and of the first address, by the version of the superblock (section II.A of
 the HDF5 File Format Specification)."""
-READ_S = 5.0
-"""Maximum time to read a small file in a process of its own [s]. Files of this project take 0.01 s."""
-BYTES_PER_S = 10e6
-"""Minimum speed of a disk from which a large file is read [B/s]."""
-READER = Path(__file__).with_name("hdf5_walk.py")
 
 
 @contextmanager
@@ -97,7 +92,7 @@ def _stated_size(head: bytes) -> int | None:
 def _fault(source: Path | bytes) -> str:
     """Reason why a file without a digest cannot be read in this process; empty if it can."""
     if isinstance(source, bytes):
-        return _fault_of("-", len(source), source)
+        return fault_of_reading("hdf5", source)
     state = Path(source).stat()
     return _fault_in(str(source), state.st_size, state.st_mtime_ns)
 
@@ -105,11 +100,4 @@ def _fault(source: Path | bytes) -> str:
 @functools.lru_cache(maxsize=64)
 def _fault_in(path: str, size: int, changed: int) -> str:
     """The same of a file on disk. A command opens a file several times, but it is looked at once."""
-    return _fault_of(path, size, b"")
-
-
-def _fault_of(path: str, size: int, content: bytes) -> str:
-    status = status_of_reading(READER, [path], READ_S + size / BYTES_PER_S, content)
-    if not status:
-        return ""
-    return "reading it does not end" if status > 0 else "reading it ends the process that does"
+    return fault_of_reading("hdf5", Path(path))

@@ -8,6 +8,7 @@ import pytest
 import scipy.io
 from answers import checks, refusal
 
+from fitting.data import first_reading
 from fitting.data.importers import import_file, import_tests, make_options, matlab, raw_files
 from fitting.data.importers.matlab import _plain, _sheets, sheets_of
 from pneusma_jax.errors import InputError
@@ -32,7 +33,7 @@ def write(tmp_path):
 @pytest.fixture
 def save(write, monkeypatch):
     """The same of a file that is whole: no process reads it first, which takes 0.35 s."""
-    monkeypatch.setattr(matlab, "status_of_reading", lambda *_: 0)
+    monkeypatch.setattr(matlab, "fault_of_reading", lambda *_: "")
     return write
 
 
@@ -242,7 +243,7 @@ def test_a_file_that_a_first_reading_does_not_end_is_refused(write, monkeypatch,
     path = write(PULL | SIZES)
     is_the_pull(import_file(path, make_options()))
     (tmp_path / "reader.py").write_text("import sys\nprint('ready', flush=True)\nsys.exit(1)\n")
-    monkeypatch.setattr(matlab, "READER", tmp_path / "reader.py")
+    monkeypatch.setattr(first_reading, "READER", tmp_path / "reader.py")
     assert "reading it takes too long or too much memory" in refusal(path)
 
 

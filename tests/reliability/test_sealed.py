@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from binary_files import binary_mutation, kinds, without_seal
 
-from fitting.data import hdf5
+from fitting.data import first_reading, hdf5
 from fitting.data.sealed import SEAL, check_seal, sealed
 from pneusma_jax.errors import InputError
 
@@ -89,20 +89,29 @@ def test_a_file_of_others_is_as_long_as_it_states(tmp_path, version):
 
 def test_a_file_that_the_library_reads_without_end_is_refused(binary, tmp_path, monkeypatch):
     """One bit makes a text of the global heap longer than the heap. HDF5 2.0 looks for its end for ever."""
-    monkeypatch.setattr(hdf5, "READ_S", 1.0)
+    monkeypatch.setattr(first_reading, "READ_S", 1.0)
     kind = binary["posterior, for studies"]
     damaged = bytearray(without_seal(kind.content))
     damaged[damaged.index(b"GCOL") + 48] ^= 128
     for source in (bytes(damaged), tmp_path / "posterior.nc"):
         (tmp_path / "posterior.nc").write_bytes(damaged)
-        with pytest.raises(InputError, match=r"posterior.nc: .*\(reading it does not end\)"):
+        with pytest.raises(InputError, match=r"posterior.nc: .*\(reading it takes too long or too much memory\)"):
             with hdf5.opened(source, "posterior.nc", "a posterior"):
                 raise AssertionError("the file was opened here")
 
 
+def test_a_file_that_needs_more_memory_than_a_process_may_take_is_refused(tmp_path):
+    """Its numbers were never written, so that it has a few kilobytes."""
+    with h5py.File(tmp_path / "a.h5", "w") as file:
+        file.create_dataset("numbers", (2**30,), "f8", chunks=(2**20,))
+    with pytest.raises(InputError, match=r"^a.h5: .*\(reading it takes too long or too much memory\)"):
+        with hdf5.opened(tmp_path / "a.h5", "a.h5", "a table"):
+            raise AssertionError("the file was opened here")
+
+
 def test_a_file_that_ends_the_process_is_refused(tmp_path, monkeypatch):
     (tmp_path / "reader.py").write_text("import os\nprint('ready', flush=True)\nos.abort()\n")
-    monkeypatch.setattr(hdf5, "READER", tmp_path / "reader.py")
+    monkeypatch.setattr(first_reading, "READER", tmp_path / "reader.py")
     with h5py.File(tmp_path / "a.h5", "w") as file:
         file["numbers"] = np.arange(9.0)
     with pytest.raises(InputError, match="reading it ends the process that does"):

@@ -18,7 +18,7 @@ import numpy as np
 from pneusma_jax.errors import reason_of
 from pneusma_jax.late import Late
 
-from ..first_reading import status_of_reading
+from ..first_reading import fault_of_reading
 from ..hdf5 import SIGNATURE, opened
 from ..recordings.table import unusable
 
@@ -33,9 +33,6 @@ DEEPEST = 20
 """Maximum depth of structures in structures. Files of laboratories have up to five."""
 MOST_CELLS = 30_000_000
 """Maximum number of numbers in a file that become cells. A text of as many has 300 MB."""
-READ_S, BYTES_PER_S = 5.0, 5e6
-"""Time to read a small file [s], and least speed of a large one [B/s]. Files of 10 MB take 0.2 s."""
-READER = Path(__file__).with_name("file_walk.py")
 UNIT_ATTRIBUTES = ("unit", "units", "Unit", "Units")
 """Attributes of a data set of an HDF5 file that state its unit."""
 
@@ -106,7 +103,7 @@ def _variables(path: Path, content: bytes) -> dict[str, Any]:
         kind = "a file of MATLAB 7.3" if content.startswith(MATLAB_7_3) else "an HDF5 file"
         with opened(content, str(path), kind, "; export it as .csv") as file:
             return _group(file, file, content.startswith(MATLAB_7_3), [])
-    if fault := _fault(content):
+    if fault := fault_of_reading("matlab", content):
         raise unusable(path, f"this file of MATLAB cannot be read ({fault}); export it as .csv")
     try:
         loaded = scipy_io.loadmat(io.BytesIO(content), struct_as_record=False, chars_as_strings=True)
@@ -115,13 +112,6 @@ def _variables(path: Path, content: bytes) -> dict[str, Any]:
         raise unusable(
             path, f"this file of MATLAB cannot be read ({reason_of(error)}); export it as .csv"
         ) from None
-
-
-def _fault(content: bytes) -> str:
-    """Reason why the library does not read a file in bounded time and memory; empty if it does."""
-    if not status_of_reading(READER, ["matlab"], READ_S + len(content) / BYTES_PER_S, content):
-        return ""
-    return "reading it takes too long or too much memory"
 
 
 def _plain(value: Any, depth: int) -> Any:

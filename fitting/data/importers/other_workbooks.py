@@ -15,7 +15,7 @@ from typing import Any
 from pneusma_jax.errors import reason_of
 from pneusma_jax.late import Late
 
-from ..first_reading import status_of_reading
+from ..first_reading import fault_of_reading
 from ..recordings.table import unusable
 from .numerals import CellNumber
 
@@ -24,9 +24,6 @@ calamine = Late("python_calamine")
 ENDINGS = (".xls", ".xlsb", ".ods")
 EXTRA = "pip install 'pneusma-jax[workbooks]' (in a clone: .venv/bin/pip install -e '.[workbooks]')"
 """Command that installs the library."""
-READ_S, BYTES_PER_S = 5.0, 1e6
-"""Time to read a small file [s], and least speed of a large one [B/s]. A packed file of 1 MB takes 0.3 s."""
-READER = Path(__file__).with_name("file_walk.py")
 _OLE, _ZIP = b"\xd0\xcf\x11\xe0", b"PK\x03\x04"
 _ODS = b"application/vnd.oasis.opendocument.spreadsheet"
 
@@ -69,8 +66,8 @@ def other_sheets(path: Path, content: bytes) -> list[tuple[str, bool, list[list[
     if not is_read():
         what = f"this is a workbook in the format {ending}"
         raise unusable(path, f"{what}; save it as .xlsx or .csv, or {EXTRA}")
-    if status_of_reading(READER, ["workbook"], READ_S + len(content) / BYTES_PER_S, content):
-        what = "reading this workbook takes too long or too much memory"
+    if fault := fault_of_reading("workbook", content):
+        what = f"this workbook cannot be read ({fault})"
         raise unusable(path, f"{what}; save the sheet that is wanted as .csv")
     try:
         book = calamine.CalamineWorkbook.from_filelike(io.BytesIO(content))
