@@ -133,7 +133,7 @@ def rise_at_truth(fit, record: dict) -> tuple[float, int]:
     If the fit is the least and the likelihood is right, it is distributed like chi-square with as many
     degrees of freedom. So one number of each campaign tells whether a direction is missed or the law is bent.
     """
-    from fitting.calibrate.spring.problem import values_of
+    from fitting.calibrate.spring.residuals import values_of
     from fitting.specimens import residual_of
     from fitting.specimens.spring_trajectory import decided, undecided
     from pneusma_jax.units import to_si

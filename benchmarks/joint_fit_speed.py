@@ -82,7 +82,8 @@ def objective_of(problem, values):
     import jax
     import jax.numpy as jnp
 
-    from fitting.calibrate.spring.problem import residual, values_of
+    from fitting.calibrate.spring.problem import residual
+    from fitting.calibrate.spring.residuals import values_of
     from fitting.specimens.spring_trajectory import decided
 
     data = problem.data()

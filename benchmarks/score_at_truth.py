@@ -23,7 +23,8 @@ import numpy as np
 from intervals import Z, wishes_of
 from recovery import truths
 
-from fitting.calibrate.spring.problem import Problem, values_of
+from fitting.calibrate.spring.problem import Problem
+from fitting.calibrate.spring.residuals import values_of
 from fitting.calibrate.spring.search import problem_of, readings_of
 from fitting.data.recordings import read_campaign
 from fitting.specimens import priors

@@ -14,7 +14,8 @@ from fitting.calibrate.profile_likelihood import ALIKE
 from fitting.calibrate.spring import problem as problems
 from fitting.calibrate.spring.joint import alike
 from fitting.calibrate.spring.misfit import missed
-from fitting.calibrate.spring.problem import Problem, residuals_and_freedom, solve, values_of
+from fitting.calibrate.spring.problem import Problem, solve
+from fitting.calibrate.spring.residuals import residuals_and_freedom, values_of
 from fitting.calibrate.spring.scores import scores
 from fitting.calibrate.spring.search import problem_of, readings_of
 from fitting.calibrate.spring.stand_tests import level_at_rest

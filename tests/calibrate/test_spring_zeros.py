@@ -11,8 +11,8 @@ import pytest
 
 from fitting.calibrate.spring import pipeline, refits, zeros
 from fitting.calibrate.spring.joint import Joint, Start
-from fitting.calibrate.spring.problem import jacobian, values_of
 from fitting.calibrate.spring.refits import decided_anew
+from fitting.calibrate.spring.residuals import jacobian, values_of
 from fitting.calibrate.spring.search import problem_of, readings_of
 from fitting.calibrate.spring.zeros import residuals
 from fitting.characterise import characterise

@@ -10,7 +10,8 @@ from fitting.inference.parameters import Parameters
 from fitting.specimens import Rows
 from fitting.specimens.spring_trajectory import decided
 
-from .problem import Problem, jacobian, scale_of, values_of
+from .problem import Problem, scale_of
+from .residuals import jacobian, values_of
 from .stages import BETWEEN, COLD, HOT, UNLOADING
 from .stand_tests import StandTest
 

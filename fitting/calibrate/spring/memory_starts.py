@@ -15,7 +15,8 @@ import numpy as np
 from fitting.specimens.spring_trajectory import decided, undecided
 from pneusma_jax.late import Late
 
-from .problem import Problem, residuals_and_freedom, values_of
+from .problem import Problem
+from .residuals import residuals_and_freedom, values_of
 from .stages import COLD, UNLOADING
 
 stats = Late("scipy.stats")

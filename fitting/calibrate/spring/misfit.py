@@ -6,7 +6,8 @@ import numpy as np
 
 from fitting.specimens.spring_rows import OUTPUTS
 
-from .problem import Problem, residuals_and_freedom, values_of
+from .problem import Problem
+from .residuals import residuals_and_freedom, values_of
 
 
 def missed(problem: Problem, values: Mapping[str, float]) -> dict[tuple[str, str], float]:

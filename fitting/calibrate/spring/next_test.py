@@ -19,8 +19,9 @@ from pneusma_jax import SpringGeometry
 from pneusma_jax.errors import InputError
 
 from .information import fisher
-from .problem import Problem, values_of
+from .problem import Problem
 from .reach import HOT_STEPS, steps_of
+from .residuals import values_of
 from .stand_tests import LEVEL, Phase, StandTest
 
 BETWEEN = (0.9, 0.75, 0.6)

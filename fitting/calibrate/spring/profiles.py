@@ -10,7 +10,8 @@ from fitting.specimens.spring_trajectory import decided
 
 from .joint import Joint
 from .other_fits import chi_square_unit
-from .problem import constraints_of, fit_constrained, values_of
+from .problem import constraints_of, fit_constrained
+from .residuals import values_of
 
 
 def profiles(

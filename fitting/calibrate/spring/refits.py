@@ -11,7 +11,8 @@ from fitting.specimens.spring_rows import MARGIN, spring_of
 
 from .joint import Joint, Start, alike, cost_of, ranked, settled
 from .misfit import force_misfit
-from .problem import MISFIT, Problem, residuals_and_freedom, values_of
+from .problem import MISFIT, Problem
+from .residuals import residuals_and_freedom, values_of
 from .stand_tests import STATED, level_at_rest
 
 RETRIES = 6

@@ -13,7 +13,8 @@ from fitting.specimens.rows import numbers
 from fitting.specimens.spring_rows import spring_of
 from fitting.specimens.spring_trajectory import undecided
 
-from .problem import Problem, values_of
+from .problem import Problem
+from .residuals import values_of
 
 UNINFORMED = 0.05
 """1-sigma [1] of a martensite fraction read from resistance alone, from which a row is hardly informed.

@@ -11,7 +11,8 @@ from fitting.specimens.correlated_noise import uncorrelated
 from fitting.specimens.spring_rows import OUTPUTS
 from fitting.specimens.spring_trajectory import decided
 
-from .problem import Problem, jacobian, residuals_and_freedom, values_of, with_readings
+from .problem import Problem
+from .residuals import jacobian, residuals_and_freedom, values_of, with_readings
 
 
 def zeros(problem: Problem, parameters: Parameters, fisher: Information) -> Lasting:
