@@ -9,7 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from fitting.calibrate.spring import pipeline, refits, zeros
+from fitting.calibrate.spring import refits, searched, zeros
 from fitting.calibrate.spring.joint import Joint, Start
 from fitting.calibrate.spring.refits import decided_anew
 from fitting.calibrate.spring.residuals import jacobian, values_of
@@ -235,7 +235,7 @@ def test_settled_recordings_are_decided_with_the_noise_as_taken(problem, factor)
             np.testing.assert_array_equal(getattr(found, name), getattr(expected, name)[k, :size], name)
 
 
-@pytest.mark.parametrize(("explains", "fits"), [(False, 2), (True, 1 + pipeline.ZERO_ROUNDS)])
+@pytest.mark.parametrize(("explains", "fits"), [(False, 2), (True, 1 + searched.ZERO_ROUNDS)])
 def test_no_fit_beside_zeros_that_were_refused_is_made_twice(monkeypatch, explains, fits):
     """The second round had the sizes of the first where the law misses the tests, and made the same fits once more."""
     asked = []
@@ -245,10 +245,10 @@ def test_no_fit_beside_zeros_that_were_refused_is_made_twice(monkeypatch, explai
         return SimpleNamespace(problem=SimpleNamespace(zeros={"force": 1.0})) if explains else joint
 
     sizes = {"resistance": Size(0.1, 0.1, 1.0)}
-    monkeypatch.setattr(pipeline, "beside_zeros", beside)
-    monkeypatch.setattr(pipeline, "decided_anew", lambda joint, progress: joint)
-    monkeypatch.setattr(pipeline, "_lasting", lambda joint: SimpleNamespace(steady=0.0, sizes=sizes))
+    monkeypatch.setattr(searched, "beside_zeros", beside)
+    monkeypatch.setattr(searched, "decided_anew", lambda joint, progress: joint)
+    monkeypatch.setattr(searched, "_lasting", lambda joint: SimpleNamespace(steady=0.0, sizes=sizes))
     white = SimpleNamespace(problem=SimpleNamespace(zeros={}))
-    found = pipeline._beside_zeros(white, lambda word: None)
+    found = searched._beside_zeros(white, lambda word: None)
     assert len(asked) == fits and (found is white) != explains
     assert asked[0]["resistance"].drift > asked[1]["resistance"].drift == 0.1

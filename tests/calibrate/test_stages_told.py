@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fitting.calibrate.general import pipeline as general
-from fitting.calibrate.spring import pipeline as spring
+from fitting.calibrate.spring import searched as spring
 from fitting.characterise import characterise
 from fitting.inference.progress import Stages
 from fitting.synthesise import synthesise, write_synthetic
