@@ -14,17 +14,16 @@ search goes on from what they see.
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Protocol
 
 import numpy as np
 
-from fitting.inference.least_squares import FitResult, Status
 from fitting.inference.least_squares.covariance import Uncertainty
 from fitting.inference.parameters import Parameter
 from pneusma_jax.errors import InputError, nearest
 
 from .profile_likelihood import ALIKE, FADED, NEAR, RISES, WIDTH_90, WIDTH_99, Profile
 from .profile_lines import Misfit, lowest_seen, places_of
+from .profile_points import GAINS, ConstrainedFit, HeldFits, Work
 
 MOST = 9
 """Fits on one side of a parameter up to the end of the 90 % interval, at most."""
@@ -43,14 +42,6 @@ DOUBLED = 2.0
 """Least beyond a place that did not reach 99 %, where a profile has bent: it may be flat far out."""
 INSIDE = 0.25
 """Share of a bracket at each end in which no next point is taken."""
-LONGER = 6
-"""Most times that a fit which made all steps that are allowed goes on."""
-FITS = 30
-"""Most fits for each constant in a search. What one leaves, later ones may take."""
-GAINS = 0.1
-"""Least fall of chi-square in one turn to go on for; it moves the end of a 90 % interval by 2 %."""
-FAR = 2.0
-"""Root of the rise over that of 99 % from which a fit does not go on: it decides about no end."""
 CROSSED = 4
 """Most times that a search goes on behind a hump, for each constant."""
 FIRST = 0.25
@@ -59,13 +50,6 @@ SAME_PLACE = 1e-3
 """Relative difference of two distances from the fit that are one place."""
 HALF = float(np.sqrt(RISES[50] / RISES[90]))
 """Place of the 50 % interval's end on the way to that of 90 %, of a parabola."""
-
-
-class ConstrainedFit(Protocol):
-    """A fit from values (first) with some parameters held (second), SI."""
-
-    def __call__(self, values: Mapping[str, float], held: Mapping[str, float]) -> FitResult:
-        """Everything is decided as at the best fit."""
 
 
 @dataclass
@@ -138,82 +122,43 @@ def profile_likelihoods(
     if least is not None and least.chi_square is None:
         raise InputError(f"the model has no answer at the fit, so {', '.join(names)} cannot be profiled")
     found: dict[str, Profile] = {}
-    work = _Work()
+    work = Work()
     for name in names:
         progress(name)
         work.begin()
         rise_per_sd = (rises_per_sd or {}).get(name, 1.0)
-        search = _Search(
-            name,
-            parameters[name],
-            values,
-            uncertainty,
-            work.counted(fit),
-            again and work.counted(again),
-            least,
-            rise_per_sd,
-            work,
-            misfit,
-        )
-        found[name] = search.profile()
+        held = HeldFits(name, fit, again, least, rise_per_sd, work)
+        found[name] = _Search(parameters[name], values, uncertainty, held, misfit).profile()
         if leave and found[name].below > ALIKE:
             break
     return found
 
 
-@dataclass
-class _Work:
-    """Fits that a search has made, and may have made by the end of a constant's profile.
-
-    Attributes:
-        done: fits so far.
-        most: fits that are allowed so far.
-        cut: true if this constant's profile wanted more.
-    """
-
-    done: int = 0
-    most: int = 0
-    cut: bool = False
-
-    def begin(self) -> None:
-        """Another constant, with fits of its own and what others left."""
-        self.most, self.cut = self.most + FITS, False
-
-    def over(self) -> bool:
-        """True if no further fit is allowed; remembered, as whoever asks wants one."""
-        self.cut = self.cut or self.done >= self.most
-        return self.done >= self.most
-
-    def counted(self, fit: ConstrainedFit) -> ConstrainedFit:
-        """The same fit, counted."""
-
-        def one(values: Mapping[str, float], held: Mapping[str, float]) -> FitResult:
-            self.done += 1
-            return fit(values, held)
-
-        return one
-
-
-def _by_data(result: FitResult) -> float:
-    """Chi-square of the recordings alone."""
-    own = getattr(result, "residual", None)
-    return float("nan") if own is None else float(np.sum(np.asarray(own) ** 2))
-
-
 @dataclass(frozen=True)
 class _Search:
-    """One parameter's profile over a fit; arguments as of `profile_likelihoods`."""
+    """One parameter's profile over a fit.
 
-    name: str
+    Attributes:
+        entry: the parameter at the best fit, SI.
+        held: fits with it held.
+        values, uncertainty, misfit: as of `profile_likelihoods`.
+    """
+
     entry: Parameter
     values: Mapping[str, float]
     uncertainty: Uncertainty
-    fit: ConstrainedFit
-    again: ConstrainedFit | None
-    least: FitResult
-    rise_per_sd: float
-    work: _Work
+    held: HeldFits
     misfit: Misfit | None = None
+
+    @property
+    def name(self) -> str:
+        """Name of the parameter."""
+        return self.held.name
+
+    @property
+    def unit(self) -> float:
+        """Root of the rise of chi-square that counts as one standard deviation."""
+        return float(np.sqrt(self.held.rise_per_sd))
 
     def profile(self) -> Profile:
         """Both sides as one profile."""
@@ -241,21 +186,21 @@ class _Search:
             lowest=points[int(np.argmin(rise))][4] if below > 0.0 else {},
             rise_by_data=None if np.isnan(rise_by_data).any() else rise_by_data + below,
             bounds=(self.entry.min, self.entry.max),
-            rise_per_sd=self.rise_per_sd,
+            rise_per_sd=self.held.rise_per_sd,
             visited=tuple(p[4] for p in points),
-            cut=self.work.cut,
+            cut=self.held.work.cut,
         )
 
     def _side(self, side: float) -> _Side:
         """Points of one side, until the end of the 90 % interval is passed or the bound is reached."""
-        entry, limit = self.entry, float(np.sqrt(self.rise_per_sd)) * WIDTH_90
+        entry, limit = self.entry, self.unit * WIDTH_90
         room = self._room(side)
         found = _Side([0.0], [0.0], [0.0], [self.values])
         expected = limit * entry.standard_error if entry.standard_error else FIRST * entry.prior.sd
         wanted = expected
         for _ in range(MOST):
             wanted = min(wanted, room)
-            if not wanted > 0.0 or _known(found, wanted) or self.work.over():
+            if not wanted > 0.0 or _known(found, wanted) or self.held.work.over():
                 break
             if not self._add(found, side, wanted):
                 wanted = 0.5 * (wanted + max((d for d in found.distance if d < wanted), default=0.0))
@@ -276,7 +221,7 @@ class _Search:
     def _cross_humps(self, sides: Mapping[float, _Side]) -> None:
         """Go on from places at which a straight line is lower than the profile that was found."""
         for _ in range(CROSSED if self.misfit is not None else 0):
-            if self.work.over() or any(min(found.root) < -np.sqrt(ALIKE) for found in sides.values()):
+            if self.held.work.over() or any(min(found.root) < -np.sqrt(ALIKE) for found in sides.values()):
                 return
             seen = lowest_seen(self.name, self._lines(sides), self._known_chi_squares(sides), self.misfit)
             if seen is None:
@@ -289,7 +234,7 @@ class _Search:
 
     def _lines(self, sides: Mapping[float, _Side]) -> list[Mapping[str, float]]:
         """The fit, and the outermost low point of each side on which the profile is no parabola."""
-        limit, lines = float(np.sqrt(self.rise_per_sd)) * self._height, [self.values]
+        limit, lines = self.unit * self._height, [self.values]
         for found in sides.values():
             if self._bent(found):
                 lines.append(found.values[max(k for k, root in enumerate(found.root) if root < limit)])
@@ -297,13 +242,13 @@ class _Search:
 
     def _known_chi_squares(self, sides: Mapping[float, _Side]) -> dict[float, float]:
         """Chi-square that a line must be lower than to be followed, by place of the constant."""
-        places, known, most = places_of(self.entry), {}, self.rise_per_sd * self._height**2
+        places, known, most = places_of(self.entry), {}, self.held.rise_per_sd * self._height**2
         for side, found in sides.items():
             away = side * (places - self.entry.value)
             known |= {float(x): found.root[-1] ** 2 for x in places[away > found.distance[-1]]}
             points = list(zip(found.distance, found.root, strict=True))[1:]
             known |= {self.entry.value + side * d: root * abs(root) for d, root in points}
-        least = self.least.chi_square - GAINS * self.rise_per_sd
+        least = self.held.least.chi_square - GAINS * self.held.rise_per_sd
         return {place: least + min(rise, most) for place, rise in known.items()}
 
     @property
@@ -315,16 +260,16 @@ class _Search:
         wide = self.entry.prior_sd
         if not np.isfinite(wide):
             return WIDTH_99
-        share = max(wide / (error * np.sqrt(self.rise_per_sd)), 1.0) / PLATEAU
+        share = max(wide / (error * self.unit), 1.0) / PLATEAU
         return float(np.clip(np.sqrt(2.0 * np.log(share)), WIDTH_99, FADED))
 
     def _further(self, found: _Side, side: float, room: float) -> None:
         """Points beyond the 90 % interval, until what lies further out counts no more."""
-        limit = float(np.sqrt(self.rise_per_sd)) * self._height
+        limit = self.unit * self._height
         for k in range(BEYOND):
             wanted = self._next(found, limit, room, PASSED, GROWTH[0] if k == 0 else DOUBLED)
             wanted = None if wanted is None else min(wanted, room)
-            if wanted is None or _known(found, wanted) or self.work.over():
+            if wanted is None or _known(found, wanted) or self.held.work.over():
                 return
             if not self._add(found, side, wanted):
                 return
@@ -336,7 +281,7 @@ class _Search:
         error = self.entry.standard_error
         if error is None:
             return True
-        limit = float(np.sqrt(self.rise_per_sd)) * WIDTH_90
+        limit = self.unit * WIDTH_90
         near = [k for k in range(1, len(found.root)) if found.root[k] < (1.0 + NEAR) * limit]
         return any(abs(found.root[k] * error / found.distance[k] - 1.0) > NEAR for k in near) or (
             len(found.root) > 1 and not near
@@ -344,10 +289,10 @@ class _Search:
 
     def _halve(self, found: _Side, side: float) -> None:
         """One more point where the 50 % interval may end, if there is none near that."""
-        limit = float(np.sqrt(self.rise_per_sd)) * WIDTH_90
+        limit = self.unit * WIDTH_90
         end = float(np.interp(limit, _lowest_outwards(found.root), found.distance))
         near = any(0.2 * end < d < 0.7 * end for d in found.distance)
-        if end > 0.0 and min(found.root) >= 0.0 and not near and not self.work.over():
+        if end > 0.0 and min(found.root) >= 0.0 and not near and not self.held.work.over():
             self._add(found, side, HALF * end)
 
     def _next(
@@ -376,45 +321,23 @@ class _Search:
         Returns:
             False where the model has no answer.
         """
-        name, value = self.name, self.entry.value + side * distance
+        value = self.entry.value + side * distance
         nearest_ = int(np.argmin(np.abs(np.array(found.distance) - distance)))
         at = found.values[nearest_]
         starts = [self._ahead(found, nearest_, distance, value), at] if seen is None else [seen]
-        result = self._to_the_end(_lowest(starts, lambda begin: self.fit(begin, {name: value})), value)
-        if self.again is not None and (result is None or not _ended(result)):
-            other = self.again(at if result is None else result.values, {name: value})
-            result = min(
-                (r for r in (result, other) if r is not None and r.chi_square is not None),
-                key=lambda r: r.chi_square,
-                default=None,
-            )
+        result = self.held.at(value, starts, at)
         if result is None:
             return False
         if seen is not None:
             found.forget(distance)
-        rise = result.chi_square - self.least.chi_square
+        rise = self.held.rise(result)
         k = int(np.searchsorted(found.distance, distance))
-        found.distance.insert(k, abs(result.values.get(name, value) - self.entry.value) or distance)
+        found.distance.insert(k, abs(result.values.get(self.name, value) - self.entry.value) or distance)
         found.root.insert(k, float(np.sign(rise) * np.sqrt(abs(rise))))
-        found.rise_by_data.insert(k, _by_data(result) - _by_data(self.least))
+        found.rise_by_data.insert(k, self.held.rise_by_data(result))
         found.values.insert(k, result.values)
         found.stopped.insert(k, not result.success)
         return True
-
-    def _to_the_end(self, result: FitResult | None, value: float) -> FitResult | None:
-        """A fit that made all steps that are allowed, gone on while it gains and may decide about an end."""
-        for _ in range(LONGER):
-            if result is None or not _cut_short(result) or self.work.over():
-                break
-            if result.chi_square - self.least.chi_square > self.rise_per_sd * (FAR * WIDTH_99) ** 2:
-                break
-            further = self.fit(result.values, {self.name: value})
-            if further.chi_square is None or further.chi_square >= result.chi_square:
-                break
-            gain, result = result.chi_square - further.chi_square, further
-            if gain < self.rise_per_sd * GAINS:
-                break
-        return result
 
     def _ahead(self, found: _Side, k: int, distance: float, value: float) -> dict[str, float]:
         """Estimate of the other parameters at a place: on the line of the last two points, or by the
@@ -437,33 +360,6 @@ def _known(found: _Side, wanted: float) -> bool:
 def _lowest_outwards(root: Sequence[float]) -> np.ndarray:
     """Roots of a side as intervals see them: what lies further out and lower counts, see `Profile`."""
     return np.minimum.accumulate(np.array(root)[::-1])[::-1]
-
-
-def _lowest(
-    starts: Sequence[Mapping[str, float]], fit: Callable[[Mapping[str, float]], FitResult]
-) -> FitResult | None:
-    """The first fit that ends, else the lowest of those that stopped early; None if there is none."""
-    found = []
-    for start in starts:
-        result = fit(start)
-        if result.chi_square is not None:
-            found.append(result)
-            if _ended(result):
-                return result
-    return min(found, key=lambda r: r.chi_square, default=None)
-
-
-def _ended(result: FitResult) -> bool:
-    """True if a fit has converged, made all steps that are allowed, or gains too little to go on.
-
-    Another start would gain little.
-    """
-    return result.success or _cut_short(result) or getattr(result, "status", None) is Status.LINGERING
-
-
-def _cut_short(result: FitResult) -> bool:
-    """True if a fit has made all steps that are allowed."""
-    return getattr(result, "status", None) is Status.MAX_STEPS
 
 
 def followers(uncertainty: Uncertainty, name: str) -> dict[str, float]:

@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from fitting.calibrate.profile_likelihood import ALIKE, RISES, Profile
-from fitting.calibrate.profile_search import FITS
+from fitting.calibrate.profile_points import FITS
 from fitting.calibrate.result import Estimate
 from fitting.inference.notes import joined
 from pneusma_jax.units import amount, constant_from_si, constant_to_si

@@ -8,7 +8,8 @@ from scipy.optimize import minimize_scalar
 from scipy.stats import chi2
 
 from fitting.calibrate.profile_likelihood import RISES, WIDTH_90, Profile
-from fitting.calibrate.profile_search import BEYOND, CROSSED, FITS, LONGER, MOST, profile_likelihoods
+from fitting.calibrate.profile_points import FITS, LONGER
+from fitting.calibrate.profile_search import BEYOND, CROSSED, MOST, profile_likelihoods
 from fitting.calibrate.profiled_fits import RENEWALS, lowest_point, to_the_end
 from fitting.calibrate.quoted import estimate, merely_prior
 from fitting.inference.least_squares import Status
