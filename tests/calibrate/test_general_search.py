@@ -14,6 +14,7 @@ from fitting.data.recordings import Campaign, Recording, write_recording
 from fitting.inference.least_squares import Status
 from fitting.inference.parameters import Parameters
 from fitting.report.general import text, wires
+from fitting.report.general.open_constants import grouped_warnings
 from fitting.specimens import WIRE
 from pneusma_jax.calibration import load_calibration
 from pneusma_jax.errors import InputError
@@ -128,7 +129,7 @@ def test_a_law_that_misses_recordings_is_fitted_without_the_loop_that_nothing_sh
 
 def test_what_was_held_is_not_said_to_be_missing_for_another_reason():
     entries = [{"kind": "at_start", "parameters": [name], "text": name} for name in [*HELD, "beta_1", "beta_2"]]
-    alike, held = text._grouped_warnings(entries, set(HELD))
+    alike, held = grouped_warnings(entries, set(HELD))
     assert alike.startswith("beta_1 and beta_2 are still") and "these recordings do not show them" in alike
     assert held.startswith("gR_amplitude, gR_slope, gR_shift and gR_decay are still")
     assert "only a recording that takes the load off" in held

@@ -19,6 +19,7 @@ from fitting.inference.parameters import Parameter, Parameters, Prior
 from fitting.report import batch
 from fitting.report.characterisation import another_cause
 from fitting.report.general import text as general
+from fitting.report.instrument_zeros import large_drifts, lasting_zeros
 from fitting.report.spring import text as spring
 from fitting.specimens.saved_models import DIAGNOSIS, AugmentedModel
 from fitting.specimens.with_saved_model import Augmented
@@ -221,13 +222,13 @@ def test_a_simulated_camera_that_is_off_by_a_constant_makes_no_doubt():
         recording.columns["length_mm"] = recording.columns["length_mm"] + 3.0 * recording.noise["length_mm"]
     result = characterise(campaign, starts=1, profile=False)
     assert result.lasting.fitted_beside_zeros and result.lasting.offset["length"] > 2.0
-    assert result.lasting.drift["length"] < 1.0 and not general.large_drifts(result.lasting)
+    assert result.lasting.drift["length"] < 1.0 and not large_drifts(result.lasting)
     assert not any("Do not trust" in said for said in general.verdict(result))
 
 
 def test_sizes_of_zeros_have_their_unit_each():
     """`off by 0.41 and drifts by 2.3 times its noise` left the first number without a unit."""
-    (sentence,) = general.lasting_zeros(Lasting(np.array([1.0]), {"stress": 2.3}, {"stress": 0.41}, fitted_beside_zeros=True))
+    (sentence,) = lasting_zeros(Lasting(np.array([1.0]), {"stress": 2.3}, {"stress": 0.41}, fitted_beside_zeros=True))
     assert "that of stress is off by 0.41 times its noise, and drifts by 2.3 times. Constants" in sentence
 
 

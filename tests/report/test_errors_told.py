@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from fitting.inference.lasting_noise import Lasting
-from fitting.report.general.text import error_factors, how_errors_grew, lasting_zeros
+from fitting.report.instrument_zeros import error_factors, how_errors_grew, lasting_zeros
 from pneusma_jax.units import amount
 
 

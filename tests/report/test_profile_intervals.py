@@ -11,7 +11,7 @@ from fitting.calibrate.quoted import estimate
 from fitting.inference.parameters import Parameter, Parameters, Prior
 from fitting.report import profile_likelihood as shown
 from fitting.report.characterisation import estimate_text, interval_text
-from fitting.report.general.text import _grouped_warnings
+from fitting.report.general.open_constants import grouped_warnings
 
 SIDES = {50: (1.0, 1.5), 68: (1.0, 1.5), 90: (1.0, 2.0)}
 """Factors on the rise at both ends, as of an instrument's zero that draws a constant to one side."""
@@ -71,8 +71,8 @@ def test_a_constant_at_its_bound_has_an_error_everywhere_or_nowhere(points):
     has = "(-" in estimate_text(found) and "+0)" in estimate_text(found)
     assert has == (points > 1) and has != ("has no error" in said["text"])
     assert has == ("has one side only" in said["text"])
-    several = _grouped_warnings([said, {**said, "parameters": ["alpha_2"]}])
+    several = grouped_warnings([said, {**said, "parameters": ["alpha_2"]}])
     assert len(several) == 1 and several[0].startswith("alpha_1 and alpha_2 stopped at their bounds")
     assert has == ("have one side only" in several[0]) and has != ("have no errors" in several[0])
-    mixed = _grouped_warnings([said, {**said, "one_sided": not has, "parameters": ["alpha_2"]}])
+    mixed = grouped_warnings([said, {**said, "one_sided": not has, "parameters": ["alpha_2"]}])
     assert len(mixed) == 2

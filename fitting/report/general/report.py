@@ -14,6 +14,7 @@ from ..report import Points, Report, Section
 from ..table import Table
 from . import text
 from .figures import pictures
+from .open_constants import open_sentences
 from .payload import content, most_rows
 
 SCORES = (
@@ -28,7 +29,7 @@ NOTHING = "Nothing: everything that was free is known better than before."
 def report_of(result: GeneralCharacterisation) -> Report:
     """The report of the result."""
     drawn = pictures(result)
-    loose = text.open_sentences(result.identifiability, set(result.unseen)) or [NOTHING]
+    loose = open_sentences(result.identifiability, set(result.unseen)) or [NOTHING]
     notices = notices_of(result.fit.recordings, result.fitted, most_rows(result))
     return Report(
         title=result.title,

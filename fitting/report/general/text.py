@@ -1,7 +1,5 @@
 """Sentences on tests of wires, tubes and actuators, for the laboratory."""
 
-from collections.abc import Mapping, Sequence, Set
-from typing import Any
 
 import numpy as np
 
@@ -25,17 +23,9 @@ from pneusma_jax.units import amount
 from .. import profile_likelihood
 from ..characterisation import another_cause, ask, doubtful, fitted_only, limits
 from ..figures import axis_label
+from ..instrument_zeros import error_factors, how_errors_grew, large_drifts, lasting_sentence, lasting_zeros
 from . import wires
-
-TELLING = 0.1
-"""Growth of an error by zeros that are off, from which the report speaks of them: a digit of an error bar."""
-
-LARGE_DRIFT = 2.0
-"""Minimum drift of a zero, in units of the noise, at which the report begins with it.
-
-In four simulated campaigns of springs zeros drifted by the noise, and were estimated at 0.8 to 1.05. Where 5
-or 10 % of a wire stayed cold without the law knowing it, three campaigns had drifts of 6.7 to 19. A zero that
-is off by a constant says nothing: load cells are, and the fit counts it."""
+from .open_constants import grouped_warnings
 
 
 def verdict(result: GeneralCharacterisation) -> list[str]:
@@ -104,76 +94,6 @@ def _counted(inflation: float, lasting: Lasting | None) -> str:
     return "Their standard errors do not count what is missed."
 
 
-def error_factors(inflation: float, lasting: Lasting | None) -> str:
-    """What the errors of a fit were multiplied by, and for what; empty where they are those of the fit alone.
-
-    Args:
-        inflation: factor for misfit and serial correlation.
-        lasting: zeros of instruments that widen errors, or None.
-    """
-    grown = _grown(lasting) if _told_zeros(lasting) else 1.0
-    zeros = f"by up to {number(grown, '.2g')} for zeros of instruments" if grown >= 1.0 + TELLING else ""
-    own = f"by {number(inflation, '.2g')} for misfit and correlation" if inflation > 1.0 else ""
-    return f"multiplied {' and '.join(filter(None, (own, zeros)))}" if own or zeros else ""
-
-
-def how_errors_grew(inflation: float, lasting: Lasting | None) -> str:
-    """The same as the end of a sentence on standard errors."""
-    factors = error_factors(inflation, lasting)
-    return f"were {factors}" if factors else "were not multiplied"
-
-
-def _grown(lasting: Lasting | None) -> float:
-    """Largest growth of an error by zeros of instruments, where errors count them."""
-    if lasting is None or lasting.fitted_beside_zeros:
-        return 1.0
-    return float(np.sqrt(np.max(lasting.variance, initial=1.0)))
-
-
-def _told_zeros(lasting: Lasting | None) -> list[str]:
-    """Columns whose zeros are off, where they changed the fit or its errors."""
-    if lasting is None or (_grown(lasting) < 1.0 + TELLING and not lasting.fitted_beside_zeros):
-        return []
-    return [name for name in lasting.drift if lasting.offset[name] + lasting.drift[name] > TELLING]
-
-
-def lasting_sentence(time: float, inflation: float, lasting: Lasting | None) -> str:
-    """Sentence on errors with serial correlation."""
-    return (
-        f"Residuals are correlated over about {time:.0f} samples, so that fewer samples count. The cause is "
-        "an instrument that drifts, or a law that is not quite followed. Standard errors were "
-        f"{error_factors(inflation, lasting)}."
-    )
-
-
-def lasting_zeros(found: Lasting | None) -> list[str]:
-    """Zeros of instruments that are off or drift, in words, where they changed the fit or its errors."""
-    seen = _told_zeros(found)
-    if found is None or not seen:
-        return []
-    sizes = "; ".join(_zero(found, name) for name in seen)
-    done = f"Errors were multiplied by up to {number(_grown(found), '.2g')} for that"
-    if found.fitted_beside_zeros:
-        done = "Constants were fitted beside such zeros, and intervals count these as noise alone"
-    return [
-        f"The residuals change slowly, as if instruments had wrong zeros: {sizes}. "
-        f"{done}. Read the instruments at rest before and after each test."
-    ]
-
-
-def large_drifts(found: Lasting | None) -> dict[str, float]:
-    """Large drifts of zeros that changed the fit or its errors, in units of the noise, by output."""
-    if found is None:
-        return {}
-    return {name: found.drift[name] for name in _told_zeros(found) if found.drift[name] >= LARGE_DRIFT}
-
-
-def _zero(found: Lasting, name: str) -> str:
-    """Words on the zero of an output, in units of its noise."""
-    offset, drift = (number(size[name], ".2g") for size in (found.offset, found.drift))
-    return f"that of {name} is off by {offset} times its noise, and drifts by {drift} times"
-
-
 def law_of(result: GeneralCharacterisation) -> str:
     """Name of the fitted law: the base law, with the effects of a model on disk if it has any."""
     effects = [] if result.model is None else [a.slug.replace("_", " ") for a in result.model.acting]
@@ -239,7 +159,7 @@ def _rms(value: float, column: str) -> str:
 def warnings(result: GeneralCharacterisation) -> list[str]:
     """Warnings: bounds, parameters that never moved, fits that did not end well, errors that are unknown."""
     sentences = [*wires.warnings(result)] if result.specimen is WIRE else []
-    sentences += _grouped_warnings(result.identifiability, set(result.unseen))
+    sentences += grouped_warnings(result.identifiability, set(result.unseen))
     if not result.fit.result.success:
         sentences.append(_unended(result.fit.result.status))
     sentences += _unsettled(result) + _understated(result) + _without_error(result)
@@ -316,73 +236,6 @@ def _understated(result: GeneralCharacterisation) -> list[str]:
         f"Resistances scatter far more than their noise, as stated or found: {joined(found)}. Martensite "
         "fractions are smoothed by the scatter. Errors of constants count the smaller noise."
     ]
-
-
-TOGETHER = {
-    "at_bound": (
-        "stopped at their bounds: the data, or another cause of misfit, pull them further than they may go. "
-        "They have no errors. The errors of the other constants hold if the true values are these bounds."
-    ),
-    "one_sided": (
-        "stopped at their bounds: the data, or another cause of misfit, pull them further than they may go. "
-        "Their errors, of the profile likelihoods, have one side only. The errors of the other constants "
-        "hold if the true values are these bounds."
-    ),
-    "end_of_range": (
-        "are at ends of their ranges, where the law has special forms. They have no errors. The errors of "
-        "the other constants hold if the true values are these ends. `pneusma diagnose` leaves them open "
-        "within their ranges, so the errors that it quotes are larger."
-    ),
-    "at_start": "are still at the values they started from: these recordings do not show them.",
-    "held": (
-        "are still at the values they started from. They were held, because only a recording that takes the "
-        "load off would show them."
-    ),
-    "absent": "",
-}
-"""Sentences about several parameters with the same status; empty where each has its own."""
-
-
-def _grouped_warnings(entries: Sequence[Mapping[str, Any]], held: Set[str] = frozenset()) -> list[str]:
-    """Warnings about single parameters, with one sentence for all of the same status.
-
-    Args:
-        entries: entries of `GeneralCharacterisation.identifiability`.
-        held: names of the parameters that were held because no recording shows them.
-    """
-    sentences = []
-    for status in TOGETHER:
-        if status == "end_of_range":  # which needs no warning
-            continue
-        same_status = [e for e in entries if _status(e, held) == status]
-        names = [name for e in same_status for name in e["parameters"]]
-        if TOGETHER[status] and len(names) > 1:
-            sentences.append(f"{', '.join(names[:-1])} and {names[-1]} {TOGETHER[status]}")
-        else:
-            sentences += [e["text"] for e in same_status]
-    return sentences
-
-
-def open_sentences(entries: Sequence[Mapping[str, Any]], held: Set[str] = frozenset()) -> list[str]:
-    """A sentence for every entry, and one for all parameters of the same status; as `_grouped_warnings`."""
-    by_status: dict[str, list[Mapping[str, Any]]] = {}
-    for entry in entries:
-        by_status.setdefault(_status(entry, held), []).append(entry)
-    said = []
-    for status, same in by_status.items():
-        names = [name for entry in same for name in entry["parameters"]]
-        if len(same) > 1 and TOGETHER.get(status):
-            said.append(f"{joined(names)} {TOGETHER[status]}")
-        else:
-            said += [entry["text"] for entry in same]
-    return said
-
-
-def _status(entry: Mapping[str, Any], held: Set[str]) -> str:
-    """Key of `TOGETHER` of an entry, or its kind."""
-    if entry["kind"] == "at_start":
-        return "held" if set(entry["parameters"]) <= held else "at_start"
-    return "one_sided" if entry["kind"] == "at_bound" and entry.get("one_sided") else entry["kind"]
 
 
 def how_it_was_fitted(result: GeneralCharacterisation) -> list[str]:

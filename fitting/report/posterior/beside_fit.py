@@ -14,7 +14,7 @@ from fitting.inference.lasting_noise import Lasting
 from fitting.inference.numbers import number
 
 from ..cautions import distrust
-from ..general.text import error_factors
+from ..instrument_zeros import error_factors
 
 
 def opening(fit: Characterisation | None) -> list[str]:

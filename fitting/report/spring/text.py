@@ -20,7 +20,7 @@ from pneusma_jax.errors import counted
 
 from .. import profile_likelihood
 from ..characterisation import another_cause, ask, doubtful, fitted_only, limits
-from ..general.text import how_errors_grew, large_drifts, lasting_sentence, lasting_zeros
+from ..instrument_zeros import how_errors_grew, large_drifts, lasting_sentence, lasting_zeros
 
 OPEN_MIXING_RULE = (
     " If the alloy is no nitinol, its phases' resistances may mix by another rule: --base new_sma opens it."
