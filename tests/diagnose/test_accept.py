@@ -15,7 +15,8 @@ from fitting.diagnose.verdict import text
 from fitting.diagnose.verdict.accept import accepted, contradicts
 from fitting.diagnose.verdict.assess import assess
 from fitting.diagnose.verdict.held_out import Scores
-from fitting.diagnose.verdict.text import verdict_sentences, went
+from fitting.diagnose.verdict.misfit_text import went
+from fitting.diagnose.verdict.text import verdict_sentences
 
 
 @pytest.mark.parametrize(("before", "after", "said"), [

@@ -8,7 +8,7 @@ import pytest
 from click.testing import CliRunner
 
 from fitting.cli import main
-from fitting.diagnose.verdict import text
+from fitting.diagnose.verdict import misfit_text, text
 from fitting.inference.channels import Channel, block_noise
 from fitting.report.diagnosis.model import model_of
 from fitting.report.diagnosis.payload import content
@@ -51,8 +51,8 @@ def test_nothing_is_found_where_nothing_is(null):
     ],
 )  # fmt: skip
 def test_an_agreement_says_what_it_is_worth_on_recordings_not_fitted(null, monkeypatch, left, less, said):
-    monkeypatch.setattr(text, "predictive_chi_square", lambda *_: less)
-    monkeypatch.setattr(text, "missed_beyond_drift", lambda *_: less > 5.0)
+    monkeypatch.setattr(misfit_text, "predictive_chi_square", lambda *_: less)
+    monkeypatch.setattr(misfit_text, "missed_beyond_drift", lambda *_: less > 5.0)
     missed = dataclasses.replace(null, before=dataclasses.replace(null.before, reduced_chi2=left))
     sentence = " ".join(text.verdict_sentences(missed)[2:])
     assert said in sentence if said else not sentence

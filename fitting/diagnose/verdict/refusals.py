@@ -6,7 +6,7 @@ from fitting.inference.notes import joined
 from fitting.inference.numbers import number
 
 from ..settings import DEFAULT
-from .text import not_fitted, went
+from .misfit_text import not_fitted, went
 
 SHARE = DEFAULT.share
 

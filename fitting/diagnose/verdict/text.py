@@ -2,37 +2,35 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
-import numpy as np
-
-from fitting.data.recordings import schema
 from fitting.inference.noise import ACCURACY
 from fitting.inference.notes import capital, joined
 from fitting.inference.numbers import number
 from fitting.specimens import specimen_of
 from fitting.specimens.rows import of_specimen
-from pneusma_jax.errors import counted
-from pneusma_jax.units import amount, constant_from_si, from_si
+from pneusma_jax.units import amount, constant_from_si
 
 from ..evaluate.unknowns import Unknown
 from ..fit.base_fit import told_at_bound
-from ..fit.misfit import limit_of, range_of, relative_error
-from ..fit.prediction import predictive_chi_square
+from ..fit.misfit import relative_error
 from ..settings import DEFAULT
 from .conclusion import Conclusion
 from .exchangeable import Exchange
-from .unexplained import missed_beyond_drift
+from .misfit_text import (
+    by_chance,
+    chance_of,
+    excuse,
+    in_units,
+    missed_validation,
+    not_fitted,
+    repeating,
+    unstated_noise,
+    went,
+)
+from .probabilities import UNMODELLED
 
-EXCESS = DEFAULT.excess
 PROBABILITY = DEFAULT.probability
-
-REPEATING = {
-    "time": "a pump, a switched heater or mains hum",
-    "strain": "the error of a screw or a gear",
-    "elongation": "the error of a screw or a gear",
-}
-"""What is known to repeat along a driver."""
 
 
 def verdict_sentences(conclusion: Conclusion) -> list[str]:
@@ -114,124 +112,91 @@ def unstated(conclusion: Conclusion) -> list[str]:
 
 
 def _verdict(conclusion: Conclusion) -> list[str]:
-    base, after = conclusion.before, conclusion.after
-    bound = "at most " if conclusion.explanation.p_is_bound else ""
-    chance = _probability(conclusion.explanation.p_value, bound)
-    as_turned = "A " if conclusion.without_turns is None else "With the turning points a "
+    """The verdict, and what stands behind it."""
     if conclusion.within_accuracy:
-        return [*_as_accurate(conclusion), *_repeating(conclusion)]
-    if not conclusion.mismatch:
-        return [
-            f"The recordings agree with {base_named(conclusion)} within its tolerances and their noise.",
-            *_at_ends(conclusion),
-            f"{as_turned}misfit as large as this one would arise by chance with a probability of {chance}.",
-            *_not_fitted(conclusion),
-            *_repeating(conclusion),
-            *_unstated_noise(conclusion),
-        ]
-    over = [f for f in conclusion.found[1:] if f.slug == "unmodelled"]  # beside a name that comes first
+        return [*_as_accurate(conclusion), *repeating(conclusion)]
+    return _contradicted(conclusion) if conclusion.mismatch else _agreed(conclusion)
+
+
+def _agreed(conclusion: Conclusion) -> list[str]:
+    """Sentences where the recordings agree with the base model."""
+    as_turned = "A " if conclusion.without_turns is None else "With the turning points a "
+    return [
+        f"The recordings agree with {base_named(conclusion)} within its tolerances and their noise.",
+        *_at_ends(conclusion),
+        f"{as_turned}misfit as large as this one would arise by chance with a probability of "
+        f"{chance_of(conclusion.explanation)}.",
+        *missed_validation(conclusion),
+        *repeating(conclusion),
+        *unstated_noise(conclusion),
+    ]
+
+
+def _contradicted(conclusion: Conclusion) -> list[str]:
+    """Sentences where the recordings contradict the base model, with names that explain it or without."""
+    base, after = conclusion.before, conclusion.after
+    over = [f for f in conclusion.found[1:] if f.slug == UNMODELLED]  # beside a name that comes first
     names = [f.slug for f in conclusion.found if f not in over]
-    if names and names[0] == "unmodelled":
-        whole = base_named(conclusion)
-        lead = unexplained(conclusion, whole)
-        rival = conclusion.discrepancy
-        if (
-            conclusion.unknown <= PROBABILITY.tentative
-            and not conclusion.explanation.final.slugs
-            and rival is not None
-        ):
-            lead = (
-                f"The recordings may contradict {whole}, but no known effect explains them. A smooth "
-                f"function of {rival.driver.replace('_', ' ')} does, with a log Bayes factor of "
-                f"{number(rival.bayes, '.2g')}, which is little."
-            )
-    else:
-        lead = _named(conclusion, names)
-    held = not_fitted(base.how)
-    rest = conclusion.remainder
-    smooth = f"a smooth function of {rest.driver} added to {rest.quantity}" if rest is not None else ""
-    it = "it" if len(names) == 1 else "them"
-    with_it, allowed = f"With {it}", ""
-    if names[0] == "unmodelled":
-        is_it = "is" if len(names) == 2 else "are"
-        terms = [f"{joined(names[1:])}, which {is_it} doubtful,"] if names[1:] else []
-        if smooth:
-            terms.append(f"{smooth}, which names no cause,")
-        if not terms:
-            return [
-                lead,
-                "Nothing that was recorded goes with what is left closely enough to be modelled: the misfit "
-                f"of {held} stays at a reduced chi-square of {number(base.reduced_chi2)}.",
-                *_repeating(conclusion),
-                *_in_units(conclusion),
-                _by_chance(chance),
-            ]
-        one = len(names[1:]) + bool(smooth) == 1
-        it, with_it = "it" if one else "them", f"With {' and '.join(terms)}"
-    elif went(base.reduced_chi2, after.reduced_chi2).startswith("rises"):
-        allowed = _excuse(conclusion)
-    if smooth and names[0] != "unmodelled":
-        leaves = "it leaves" if len(names) == 1 else "they leave"
-        with_it += f" and, for what {leaves}, {smooth}, which names no cause,"
+    unnamed = names[0] == UNMODELLED
+    lead = _unnamed(conclusion) if unnamed else _named(conclusion, names)
+    it, with_it = _with_doubtful(conclusion, names[1:]) if unnamed else _with_named(conclusion, names)
+    held, chance = not_fitted(base.how), by_chance(conclusion.explanation)
+    if not with_it:
+        return [
+            lead,
+            "Nothing that was recorded goes with what is left closely enough to be modelled: the misfit "
+            f"of {held} stays at a reduced chi-square of {number(base.reduced_chi2)}.",
+            *repeating(conclusion),
+            *in_units(conclusion),
+            chance,
+        ]
+    change = went(base.reduced_chi2, after.reduced_chi2)
+    allowed = excuse(conclusion) if change.startswith("rises") and not unnamed else ""
     return [
         lead,
         *_not_told_apart(conclusion),
         *(f.text for f in over),
-        f"{with_it} the misfit of {held} {went(base.reduced_chi2, after.reduced_chi2)}{allowed}.",
-        *_repeating(conclusion),
-        *_in_units(conclusion, it),
-        _by_chance(chance),
+        f"{with_it} the misfit of {held} {change}{allowed}.",
+        *repeating(conclusion),
+        *in_units(conclusion, it),
+        chance,
     ]
 
 
-def _unstated_noise(conclusion: Conclusion) -> list[str]:
-    """A sentence on noise that is told from the recordings themselves."""
-    if conclusion.explanation.program.noise_stated:
-        return []
-    return [
-        "The size of the noise is not stated, and was told from the recordings. What changes slowly may pass "
-        "for it: state it under [noise] to have a smaller misfit judged."
-    ]
-
-
-def _repeating(conclusion: Conclusion) -> list[str]:
-    """A sentence on the period of a misfit without a name."""
-    found = conclusion.repeats
-    if found is None:
-        return []
-    kind = conclusion.explanation.program.kind
-    sizes = []
-    for name, value in ((found.driver, found.period), (found.quantity, found.amplitude)):
-        column = schema.column_of(kind, name)
-        unit = "1" if column is None else schema.quantity_and_unit(column)[1]
-        sizes.append(_sized(from_si(value, unit, difference=True), unit))
-    period, amplitude = sizes
-    driver, quantity = (name.replace("_", " ") for name in (found.driver, found.quantity))
-    every = period if found.driver == "time" else f"{period} of {driver}"
-    cause = REPEATING.get(found.driver)
-    like = f", as {cause} does" if cause else ""
-    said = [f"A part of the misfit of {quantity} repeats every {every}{like}. Its amplitude is {amplitude}."]
-    tried = counted(found.tries, "search", "searches")
-    said.append(
-        f"Chance alone would confirm so clear a period with a probability of {number(found.p_value, '.2g')},"
-        f" counted over {tried} along time and the load."
+def _unnamed(conclusion: Conclusion) -> str:
+    """The first sentences where no name comes first."""
+    whole, rival = base_named(conclusion), conclusion.discrepancy
+    if conclusion.unknown > PROBABILITY.tentative or conclusion.explanation.final.slugs or rival is None:
+        return unexplained(conclusion, whole)
+    return (
+        f"The recordings may contradict {whole}, but no known effect explains them. A smooth "
+        f"function of {rival.driver.replace('_', ' ')} does, with a log Bayes factor of "
+        f"{number(rival.bayes, '.2g')}, which is little."
     )
-    if found.seconds is not None:
-        said.append(
-            f"It repeats every {number(found.seconds)} s as well, as {REPEATING['time']} does: "
-            "at another rate only one of the two stays."
-        )
-    return said
 
 
-def _excuse(conclusion: Conclusion) -> str:
-    """Reason why names stay with which the misfit of left-out recordings rises, after a comma."""
-    alone, named = conclusion.explanation.left_out
-    rise = conclusion.after.reduced_chi2 - conclusion.before.reduced_chi2
-    if rise > EXCESS.clear and alone > named:
-        parts = f", while that of parts of recordings {went(alone, named)}"
-        return f"{parts}: it predicts better between what was recorded, and worse beyond it"
-    return ", no more than chance and the other recordings allow"
+def _smooth(conclusion: Conclusion) -> str:
+    """The remainder of the augmented model in words; empty without one."""
+    rest = conclusion.remainder
+    return "" if rest is None else f"a smooth function of {rest.driver} added to {rest.quantity}"
+
+
+def _with_named(conclusion: Conclusion, names: Sequence[str]) -> tuple[str, str]:
+    """Pronoun of names, and the beginning of a sentence about the model with them."""
+    it, leaves = ("it", "it leaves") if len(names) == 1 else ("them", "they leave")
+    smooth = _smooth(conclusion)
+    beside = f" and, for what {leaves}, {smooth}, which names no cause," if smooth else ""
+    return it, f"With {it}{beside}"
+
+
+def _with_doubtful(conclusion: Conclusion, names: Sequence[str]) -> tuple[str, str]:
+    """The same of names behind an unknown cause, and of a remainder; empty where there is neither."""
+    smooth, is_it = _smooth(conclusion), "is" if len(names) == 1 else "are"
+    terms = [f"{joined(names)}, which {is_it} doubtful,"] if names else []
+    if smooth:
+        terms.append(f"{smooth}, which names no cause,")
+    it = "it" if len(names) + bool(smooth) == 1 else "them"
+    return it, f"With {' and '.join(terms)}" if terms else ""
 
 
 def _as_accurate(conclusion: Conclusion) -> list[str]:
@@ -255,49 +220,6 @@ def _at_ends(conclusion: Conclusion) -> list[str]:
         return []
     ends = "the end of what is known of it" if len(names) == 1 else "the ends of what is known of them"
     return [f"It does so with {joined(names)} at {ends}, which may hide what the model leaves out."]
-
-
-def _in_units(conclusion: Conclusion, found: str = "") -> list[str]:
-    """A sentence with the errors on values that were not fitted, in the units of the recordings.
-
-    Args:
-        conclusion: the conclusion.
-        found: pronoun for what was found; empty where nothing was.
-    """
-    program, said = conclusion.explanation.program, []
-    after = conclusion.after.by_column(program.kind)
-    for column, before in conclusion.before.by_column(program.kind).items():
-        quantity, unit = schema.quantity_and_unit(column)
-        first, then = (_sized(x, unit) for x in (before, after[column]))
-        share = conclusion.before.rmse[quantity] / max(range_of(program, quantity), np.finfo(float).tiny)
-        size = f"{first} ({number(100.0 * share, '.2g')} % of its range)"
-        both = f"{size} without {found} and {then} with {found}" if found else size
-        said.append(f"of {quantity.replace('_', ' ')} is {both}")
-    if not said:
-        return []
-    apart = [_MEASURES] if found and _opposed(conclusion, after) else []
-    return [f"The root mean square error {', that '.join(said)}.", *apart]
-
-
-_MEASURES = (
-    "Chi-square and root mean square error go opposite ways: the first weighs every row by its noise and its "
-    "correlation with neighbours, the second weighs all rows alike."
-)
-
-
-def _opposed(conclusion: Conclusion, after: Mapping[str, float]) -> bool:
-    """True if the reduced chi-square falls while a root mean square error rises, as shown, or the reverse."""
-    kind = conclusion.explanation.program.kind
-    falls = number(conclusion.after.reduced_chi2) != number(conclusion.before.reduced_chi2)
-    down = conclusion.after.reduced_chi2 < conclusion.before.reduced_chi2
-    errors = [(number(before), number(after[c])) for c, before in conclusion.before.by_column(kind).items()]
-    changed = [(float(b), float(a)) for b, a in errors if a != b]
-    return falls and bool(changed) and all((a < b) is not down for b, a in changed)
-
-
-def _sized(value: float, unit: str) -> str:
-    """A number with its unit, if it has one."""
-    return amount(number(value), unit)
 
 
 def unexplained(conclusion: Conclusion, whole: str) -> str:
@@ -354,60 +276,9 @@ def _not_told_apart(conclusion: Conclusion) -> list[str]:
     """Effects that explain the recordings as well as those that are named."""
     said = []
     for f in conclusion.found:
-        if f.slug != "unmodelled" and f.confusable:
+        if f.slug != UNMODELLED and f.confusable:
             said.append(f"These recordings do not tell {f.slug} from {' or '.join(f.confusable)}.")
     return said
-
-
-def not_fitted(how: str) -> str:
-    """Description of the values that a model was scored on."""
-    where = {
-        "validation": "recordings kept for validation",
-        "left out in turn": "recordings left out in turn",
-    }
-    return where.get(how, "parts of the one recording, left out in turn (within-recording)")
-
-
-def went(before: float, after: float) -> str:
-    """Change of a reduced chi-square in words, from the numbers as they are shown."""
-    first, then = number(before), number(after)
-    if first == then:
-        return f"stays at a reduced chi-square of {first}"
-    return f"{'rises' if after > before else 'falls'} from a reduced chi-square of {first} to {then}"
-
-
-def _not_fitted(conclusion: Conclusion) -> list[str]:
-    """Sentences on validation recordings that an accepted base model misses, and why."""
-    program, left = conclusion.explanation.program, conclusion.before.reduced_chi2
-    if not conclusion.missed_validation:
-        return []
-    less = predictive_chi_square(program, conclusion.explanation.base, program.unseen)
-    times = number(float(np.sqrt(left)), ".2g")
-    missed = (
-        f"Recordings kept for validation are missed by {times} times their noise (reduced chi-square "
-        f"{number(left)}, where noise alone would leave 1)."
-    )
-    leave = f"other values within their errors leave {number(less)} there"
-    if less <= limit_of(program, program.unseen):
-        return [f"{missed} This does not contradict the model: its constants are uncertain, and {leave}."]
-    if not missed_beyond_drift(program, conclusion.explanation.base):
-        return [
-            f"{missed} A part of it follows from constants that are uncertain: {leave}. Instruments that "
-            "drift within their noise would explain the rest."
-        ]
-    return [
-        f"{missed} Constants that are uncertain do not explain it: {leave}. Fit one of these recordings "
-        "as well before you rely on this."
-    ]
-
-
-def _probability(p_value: float, bound: str) -> str:
-    """A probability in words. No model of noise is good enough to tell one below one in a million."""
-    return f"{bound}{p_value:.3g}" if p_value >= 1e-6 else "less than one in a million"
-
-
-def _by_chance(chance: str) -> str:
-    return f"Chance alone would give such a misfit of the base model with a probability of {chance}."
 
 
 def place_text(conclusion: Conclusion) -> str:

@@ -2,8 +2,9 @@
 
 from fitting.calibrate.assumed import default_tolerances
 from fitting.diagnose.verdict.conclusion import Conclusion
+from fitting.diagnose.verdict.misfit_text import went
 from fitting.diagnose.verdict.probabilities import UNMODELLED, Found
-from fitting.diagnose.verdict.text import base_named, went
+from fitting.diagnose.verdict.text import base_named
 from fitting.inference.notes import capital, joined
 from pneusma_jax.errors import counted
 from pneusma_jax.units import amount, from_si
