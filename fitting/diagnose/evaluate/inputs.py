@@ -6,7 +6,7 @@ as if it were new in every row. Beside correlated errors of an instrument, only 
 exactly. The deflation of evidence accounts for longer correlation.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -73,6 +73,31 @@ def shifted(stacked: Rows, name: str, sigma: np.ndarray) -> Rows:
     return replace(stacked, inputs=stacked.inputs | {name: moved})
 
 
+def changes_by_inputs(
+    predicted: Callable[[Rows], list[list[np.ndarray]]], recordings: list[Recording], stacked: Rows
+) -> dict[str, list[list[list[np.ndarray]]]]:
+    """Changes of predictions when an input is shifted by its 1-sigma, up and down, SI.
+
+    Args:
+        predicted: predictions of a stack by recording and channel, each of shape (rows,).
+        recordings: recordings as they were read, or reduced.
+        stacked: the same as arrays.
+
+    Returns:
+        By the input's name: by sign, recording and channel, each of shape (rows,).
+    """
+    noise = input_noise(recordings, stacked)
+    here = predicted(stacked) if noise else []
+    changes = {}
+    for name, sigma in noise.items():
+        there = [predicted(shifted(stacked, name, sign * sigma)) for sign in (1.0, -1.0)]
+        changes[name] = [
+            [[b - a for a, b in zip(x, y, strict=True)] for x, y in zip(here, one, strict=True)]
+            for one in there
+        ]
+    return changes
+
+
 def with_input_noise(
     channels: list[list[Channel]], changes: Mapping[str, list[list[list[np.ndarray]]]]
 ) -> list[list[Channel]]:
@@ -80,8 +105,7 @@ def with_input_noise(
 
     Args:
         channels: channels by recording.
-        changes: changes of predictions when an input is shifted, by the input's name: by sign, recording,
-            channel.
+        changes: changes of predictions, as `changes_by_inputs` returns them.
     """
     found = []
     for k, members in enumerate(channels):

@@ -29,8 +29,9 @@ from .building import Building
 from .compared import compared_channels
 from .compiled import Compiled
 from .evaluation import TRAJECTORY, Evaluation, Raw, row_count, trajectories_of, with_trajectories
-from .inputs import input_noise, shifted, with_input_noise
+from .inputs import changes_by_inputs, with_input_noise
 from .latent_trajectories import LatentTrajectory
+from .projected import projected
 from .trajectory_search import Search
 from .unknowns import Unknowns
 from .variable_projection import Projection, degrees_of_freedom_of
@@ -256,18 +257,9 @@ class Program:
     def count_input_noise(self, u: np.ndarray) -> None:
         """Add what the noise of measured inputs does to the outputs, as the model at `u` has it."""
         nothing = self.unknowns.base[:0]
-        noise = input_noise(self.recordings, self.stacked)
-        here = self.evaluate(u, nothing, self.stacked).predicted if noise else []
-        changes = {}
-        for name, sigma in noise.items():
-            there = [
-                self.evaluate(u, nothing, shifted(self.stacked, name, sign * sigma)).predicted
-                for sign in (1.0, -1.0)
-            ]
-            changes[name] = [
-                [[b - a for a, b in zip(x, y, strict=True)] for x, y in zip(here, one, strict=True)]
-                for one in there
-            ]
+        changes = changes_by_inputs(
+            lambda stacked: self.evaluate(u, nothing, stacked).predicted, self.recordings, self.stacked
+        )
         if self.process_noise.shape[1]:
             here = self._run(u, nothing, self.stacked)
             pairs = zip(self._channels_and_process_noise(), self.recordings, strict=True)
@@ -322,7 +314,11 @@ class Program:
         names = first.slopes
         slopes = {n: np.concatenate([part.slopes[n] for part in (first, *rest)]) for n in names}
         whole = replace(first, slopes=slopes)
-        return replace(self._evaluated(u, columns, whole, search, bool(rest), chosen), problem=problem)
+        projections = search.projections if search else [None] * len(self.channels)
+        if search and rest:  # a row may lack a derivative by further unknowns
+            projections = self._projections(whole, chosen)
+        found = projected(whole, u, columns, self.channels, chosen, self.failed, projections, search)
+        return replace(found, problem=problem)
 
     def holds(self, here: Evaluation, u: np.ndarray, columns: np.ndarray, chosen: np.ndarray) -> bool:
         """True if an evaluation may take the place of another by `evaluate`.
@@ -393,49 +389,6 @@ class Program:
         chosen = np.ones(len(self.channels), bool) if chosen is None else chosen
         pairs = self._channels_and_process_noise()
         return [here.projection(k, *parts) if chosen[k] else None for k, parts in pairs]
-
-    def _evaluated(
-        self,
-        u: np.ndarray,
-        columns: np.ndarray,
-        here: Raw,
-        search: Search | None,
-        again: bool,
-        chosen: np.ndarray,
-    ) -> Evaluation:
-        """The evaluation of a run: latent trajectories are projected out.
-
-        With `again` their problem is set up anew, where a row may lack a derivative by further unknowns.
-        """
-        found, moved, drivers = [], trajectories_of(here.stacked), dict(here.drivers)
-        slopes = np.zeros((len(columns), *moved.shape))
-        projections = search.projections if search else [None] * len(self.channels)
-        projections = self._projections(here, chosen) if search and again else projections
-        for k, (channels, one) in enumerate(zip(self.channels, projections, strict=True)):
-            if not chosen[k]:
-                nothing = np.zeros(sum(len(channel.measured) for channel in channels))
-                unknown = [np.full(len(channel.measured), np.nan) for channel in channels]
-                found.append((nothing, np.zeros((len(columns), len(nothing))), unknown))
-                continue
-            misfit, jacobian, raw = here.whitened(k, channels, self.failed)
-            if one is not None:
-                answer = one.answer(misfit, jacobian)
-                jacobian, believed = (
-                    answer.jacobian,
-                    np.max(np.abs(answer.steps)) < TRAJECTORIES.maximum_believed_step,
-                )
-                believed &= not search.overshot[k]
-                misfit = answer.misfit if believed else misfit
-                for j, trajectory in enumerate(one.trajectories):
-                    slopes[:, k, trajectory.number] = answer.slopes[:, j]
-                    if believed:
-                        moved[k, trajectory.number] += answer.steps[j]
-                        raw = [x + dx for x, dx in zip(raw, trajectory.change(answer.steps[j]), strict=True)]
-            found.append((misfit, jacobian, raw))
-        for j, number in enumerate(self.stacked.extra["layout"].spring_numbers if search else ()):
-            drivers[f"{TRAJECTORY}_{number}"] = moved[:, j]
-        parts = (list(x) for x in zip(*found, strict=True))
-        return Evaluation(*parts, drivers, u, columns, moved, slopes, projections, chosen)
 
     def observations(self, chosen: np.ndarray) -> int:
         """Measured values of some recordings, given by a mask, less those that latent trajectories take
