@@ -169,20 +169,7 @@ def make_options(
         raise InputError(f"--role {role}: no such role, {nearest(role, schema.ROLES)}")
     if interval_s is not None and not (math.isfinite(interval_s) and interval_s > 0.0):
         raise InputError(f"--interval {interval_s:g}: seconds between samples must be more than 0")
-    sizes = {
-        name: _number("--dimension", name, text)
-        for name, text in _pairs("--dimension", dimensions, (*DIMENSIONS, *GEOMETRY))
-    }
-    for name, size in sizes.items():
-        if size <= 0.0:
-            raise InputError(f"--dimension {name}={size:g}: a size must be more than 0")
-        unit = schema.geometry_unit(name)
-        if wrong := implausible_size(name, size, unit):
-            raise InputError(f"--dimension {name}: {wrong}")
-    parts = {name: _number("--circuit", name, text) for name, text in _pairs("--circuit", circuit, CIRCUIT)}
-    for name, value in parts.items():
-        if name in ("adjust_V", "set_ohm") and value <= 0.0:
-            raise InputError(f"--circuit {name}={value:g}: must be more than 0")
+    sizes, parts = _sizes(dimensions), _circuit(circuit)
     return Options(
         kind=kind,
         format=format,
@@ -205,6 +192,27 @@ def make_options(
         role=role,
         successive=successive,
     )
+
+
+def _sizes(texts: Iterable[str]) -> dict[str, float]:
+    """Stated sizes of the specimen by name, each plausible in the unit of its name."""
+    pairs = _pairs("--dimension", texts, (*DIMENSIONS, *GEOMETRY))
+    sizes = {name: _number("--dimension", name, text) for name, text in pairs}
+    for name, size in sizes.items():
+        if size <= 0.0:
+            raise InputError(f"--dimension {name}={size:g}: a size must be more than 0")
+        if wrong := implausible_size(name, size, schema.geometry_unit(name)):
+            raise InputError(f"--dimension {name}: {wrong}")
+    return sizes
+
+
+def _circuit(texts: Iterable[str]) -> dict[str, float]:
+    """Stated parts of the measuring circuit by name."""
+    parts = {name: _number("--circuit", name, text) for name, text in _pairs("--circuit", texts, CIRCUIT)}
+    for name, value in parts.items():
+        if name in ("adjust_V", "set_ohm") and value <= 0.0:
+            raise InputError(f"--circuit {name}={value:g}: must be more than 0")
+    return parts
 
 
 def _pairs(option: str, texts: Iterable[str], names: tuple[str, ...]) -> list[tuple[str, str]]:

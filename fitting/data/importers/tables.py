@@ -177,11 +177,7 @@ def _grid_of(lines: _Lines, begin: int, end: int) -> Grid | None:
         notices.append(f"check: row {keep[0] + 1} only counts the columns and was left out")
         keep = keep[1:]
     values = _numbers(parsed, keep, width)
-    for column in [c for c, units in contradictions.items() if is_type_k(header[c], units, values[:, c])]:
-        del contradictions[column]
-        notices.append(
-            f"check: {header[column]!r} was taken in degC, and its K as a name or a type of thermocouple"
-        )
+    notices += _thermocouples(header, contradictions, values)
     keep, told_by_numbers = _without_statistics(fields, keep, values)
     notices += told_by_numbers
     if cut := cut_off(lines.page, fields, keep, lines.delimiter, header, lines.decimal):
@@ -192,17 +188,12 @@ def _grid_of(lines: _Lines, begin: int, end: int) -> Grid | None:
     notices = [
         f"{counted(len(keep), 'row')} of {described}",
         *(["decimal commas"] if lines.decimal == "," else []), *notices, *beside,
-        *_dropped(lines, keep, dropped, width),
+        *_dropped(lines, keep, dropped, width), *_statistics(lines, top, end),
     ]  # fmt: skip
-    if told := [i for i in lines.statistics if top <= i < end]:
-        notices.append(
-            f"check: {counted(len(told), 'row of statistics was', 'rows of statistics were')} left out:"
-            f" {_examples(lines.statistics, told)}"
-        )
     whole = lines.page.is_sheet or _heads_all(lines, top, width)
     longer = [] if whole else [i for i in keep if len(fields[i]) > stated > 0]
-    doubtful = 2 * len(longer) > len(keep)
-    if longer and not doubtful:
+    doubt = _all_longer(lines, longer, len(keep), stated) if 2 * len(longer) > len(keep) else ""
+    if longer and not doubt:
         notices.append(_longer(fields, longer, stated))
     grid = Grid(
         headings=[heading_of(text) for text in header],
@@ -211,9 +202,7 @@ def _grid_of(lines: _Lines, begin: int, end: int) -> Grid | None:
         preamble=[row for row in fields[begin:top] if row],
         notices=notices,
         cells=[fields[i] for i in keep],
-        doubt=_all_longer(lines, longer, len(keep), stated)
-        if doubtful
-        else _other_units(fields, header, keep, dropped),
+        doubt=doubt or _other_units(fields, header, keep, dropped),
         contradictions=contradictions,
         breaks=_breaks(fields, keep, dropped),
         described=described,
@@ -235,6 +224,36 @@ def _between(fields: Rows, remarks: Sequence[int]) -> list[str]:
     return [
         f"{'check: ' if asked else ''}rows between the headings and the numbers were left aside:"
         f" {_examples(telling, [*remarks])}{'; a factor in them is not applied' if asked else ''}"
+    ]
+
+
+def _thermocouples(
+    header: list[str], contradictions: dict[int, tuple[str, ...]], values: np.ndarray
+) -> list[str]:
+    """Take columns whose K is a type of thermocouple from the contradictions, with a notice each.
+
+    Args:
+        header: headings.
+        contradictions: units that a heading and another row state, by column; changed in place.
+        values: numbers, shape (rows of numbers, columns).
+    """
+    named = [c for c, units in contradictions.items() if is_type_k(header[c], units, values[:, c])]
+    for column in named:
+        del contradictions[column]
+    return [
+        f"check: {header[column]!r} was taken in degC, and its K as a name or a type of thermocouple"
+        for column in named
+    ]
+
+
+def _statistics(lines: _Lines, top: int, end: int) -> list[str]:
+    """A notice about labelled rows of statistics of a table, which were left out."""
+    told = [i for i in lines.statistics if top <= i < end]
+    if not told:
+        return []
+    return [
+        f"check: {counted(len(told), 'row of statistics was', 'rows of statistics were')} left out:"
+        f" {_examples(lines.statistics, told)}"
     ]
 
 
