@@ -252,6 +252,16 @@ def _chain(plan: Plan, segments: list[pj.Actuator]) -> pj.SegmentChain:
     return chain if chain.loaded else dataclasses.replace(chain, segments=tuple(segments))
 
 
+def by_segment(body: Body, fractions: Array) -> list[tuple[pj.MartensiteFraction, ...]]:
+    """Martensite fractions of the springs of every segment; `fractions` has shape (springs,)."""
+    drives, at = [], 0
+    for segment in body.segments:
+        count = len(segment.springs)
+        drives.append(tuple(pj.MartensiteFraction(fractions[at + i]) for i in range(count)))
+        at += count
+    return drives
+
+
 def solve_body(body: Body, pressure: Array, fractions: Array) -> Solved:
     """Equilibrium under a state; NaN where there is none. Effects act as at the start of a recording.
 
@@ -260,11 +270,7 @@ def solve_body(body: Body, pressure: Array, fractions: Array) -> Solved:
         pressure: gauge [Pa].
         fractions: martensite fraction of every spring, segment by segment, shape (springs,).
     """
-    drives, at = [], 0
-    for segment in body.segments:
-        count = len(segment.springs)
-        drives.append(tuple(pj.MartensiteFraction(fractions[at + i]) for i in range(count)))
-        at += count
+    drives = by_segment(body, fractions)
     if body.chain is None:
         found = (_at_rest if body.effects else _without_effects)(body, pressure, drives[0])
         return Solved(body, pressure, (found,), arc_frame(found.bend, found.length), None)

@@ -1,14 +1,13 @@
 """Progress of a run: rows a second and the time left, at a terminal or as lines of a log."""
 
 import time
-from types import TracebackType
 
 from tqdm import tqdm
 
-from fitting.inference.progress import Moving, PlainLines, columns, duration
+from fitting.inference.progress import Display, Moving, PlainLines, columns, duration
 
 
-class Rate:
+class Rate(Display):
     """Progress of tasks that are counted in rows.
 
     Args:
@@ -28,15 +27,6 @@ class Rate:
             disable=None if shown else True, ncols=columns(),
         )  # fmt: skip
         self._moving = Moving(self._bar, subject)
-
-    def __enter__(self) -> "Rate":
-        self._lines.__enter__()
-        self._moving.__enter__()
-        return self
-
-    def __exit__(self, kind: type | None, error: BaseException | None, trace: TracebackType | None) -> None:
-        self._lines.__exit__(kind, error, trace)
-        self._moving.__exit__(kind, error, trace)
 
     @property
     def rate(self) -> float:

@@ -7,7 +7,7 @@ import threading
 import time
 from collections.abc import Callable, Sequence
 from types import TracebackType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self
 
 from jax import monitoring
 
@@ -172,7 +172,23 @@ class Moving:
             self._bar.refresh()
 
 
-class Steps:
+class Display:
+    """A moving line at a terminal, and plain ones elsewhere, for the time of a `with` block."""
+
+    _lines: PlainLines
+    _moving: Moving
+
+    def __enter__(self) -> Self:
+        self._lines.__enter__()
+        self._moving.__enter__()
+        return self
+
+    def __exit__(self, kind: type | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        self._lines.__exit__(kind, error, trace)
+        self._moving.__exit__(kind, error, trace)
+
+
+class Steps(Display):
     """Steps of a computation: a moving line, or an occasional plain one.
 
     Call it with a word for each step that begins. Where steps end one by one, `say` and `done` tell it apart.
@@ -204,15 +220,6 @@ class Steps:
         )  # fmt: skip
         self._moving = Moving(self._bar, subject)
         self._show = self._moving.named if plain else self._bar.set_postfix_str
-
-    def __enter__(self) -> "Steps":
-        self._lines.__enter__()
-        self._moving.__enter__()
-        return self
-
-    def __exit__(self, kind: type | None, error: BaseException | None, trace: TracebackType | None) -> None:
-        self._lines.__exit__(kind, error, trace)
-        self._moving.__exit__(kind, error, trace)
 
     def __call__(self, text: str) -> None:
         """Show the step that begins."""

@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Array
 
 import pneusma_jax as pj
-from fitting.design.bodies import Body, Solved
+from fitting.design.bodies import Body, Solved, by_segment
 from fitting.inference.parallel import run_parallel
 from pneusma_jax.actuator.balance import start
 from pneusma_jax.actuator.implicit import attached
@@ -59,7 +59,7 @@ def state_of(body: Body, pressure: Array, fractions: Array, memories: Memories, 
         guess: scaled unknowns of every segment, shape (segments, freedoms).
     """
     if body.chain is not None and body.chain.loaded:
-        drives = _apart(body, fractions)
+        drives = by_segment(body, fractions)
         whole = pj.solve_chain(body.chain, pressure, drives, memories, throw=False)
         return Solved(body, pressure, whole.segments, whole.end_pose, whole)
     found = segments_of(body, pressure, fractions, memories, guess)
@@ -74,17 +74,8 @@ def segments_of(
     body: Body, pressure: Array, fractions: Array, memories: Memories, guess: Array
 ) -> list[pj.Equilibrium]:
     """Every segment in equilibrium, without loads between them; arguments as those of `state_of`."""
-    rows = list(zip(body.segments, _apart(body, fractions), memories, guess, strict=True))
+    rows = list(zip(body.segments, by_segment(body, fractions), memories, guess, strict=True))
     return [_one(pressure, rows[0], body.effects, body.gravity)] if body.effects else _alike(rows, pressure)
-
-
-def _apart(body: Body, fractions: Array) -> list[tuple[pj.MartensiteFraction, ...]]:
-    drives, at = [], 0
-    for segment in body.segments:
-        count = len(segment.springs)
-        drives.append(tuple(pj.MartensiteFraction(fractions[at + i]) for i in range(count)))
-        at += count
-    return drives
 
 
 def _one(

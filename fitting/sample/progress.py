@@ -1,16 +1,15 @@
 """Progress display of sampling: steps, effective samples, time left."""
 
 import time
-from types import TracebackType
 
 from tqdm import tqdm
 
-from fitting.inference.progress import Moving, PlainLines, columns, duration
+from fitting.inference.progress import Display, Moving, PlainLines, columns, duration
 
 from .convergence import BURN_LENGTHS, EFFECTIVE, LENGTHS, Convergence
 
 
-class SamplingBar:
+class SamplingBar(Display):
     """A progress bar over steps. Its end moves with the estimate of the autocorrelation time.
 
     Short chains underestimate that time, so what is left is told as a minimum.
@@ -32,15 +31,6 @@ class SamplingBar:
             ncols=columns(),
         )  # fmt: skip
         self._moving = Moving(self._bar, "sampling")
-
-    def __enter__(self) -> "SamplingBar":
-        self._lines.__enter__()
-        self._moving.__enter__()
-        return self
-
-    def __exit__(self, kind: type | None, error: BaseException | None, trace: TracebackType | None) -> None:
-        self._lines.__exit__(kind, error, trace)
-        self._moving.__exit__(kind, error, trace)
 
     def advance_to(self, steps: int) -> None:
         """Record the number of steps of all ensembles."""

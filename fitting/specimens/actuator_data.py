@@ -57,15 +57,7 @@ def undecided_rows_for(
 ) -> list[Rows]:
     """Recordings of a campaign as arrays, in their order, with every spring fully martensitic (cold).
 
-    Args:
-        campaign: recordings of kind actuator, of one design.
-        options: selection of rows.
-        base: name or path of the alloy's prior table, where `alloy = "fit"`; see
-            `specimens.priors.alloy_quantities`.
-        material: name or path of the silicone's table, in place of the one that the recordings name.
-
-    Raises:
-        InputError: if they name several designs, alloys or materials, or one has too few complete rows.
+    Arguments and errors are those of `BendingActuator.rows_for`.
     """
     layout = layout_of(campaign)
     law, _ = silicones.law_of(campaign, material)

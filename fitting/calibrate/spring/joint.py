@@ -110,10 +110,15 @@ def try_others(
     for name, other in others.items():
         progress(f"from {name}")
         starts.append(Start(name, *problem.at({**joint.values, **other}).fitted_with()))
-    starts = ranked(starts)
-    if starts[0] is joint.starts[0]:
-        return replace(joint, starts=tuple(starts))
-    return settled(tuple(starts), progress)
+    return best_of_all(joint, starts, progress)
+
+
+def best_of_all(joint: Joint, starts: Sequence[Start], progress: Callable[[str], None]) -> Joint:
+    """The joint fit with more starts: settled anew where another one is the best."""
+    best = ranked(starts)
+    if best[0] is joint.starts[0]:
+        return replace(joint, starts=tuple(best))
+    return settled(tuple(best), progress)
 
 
 def settled(starts: tuple[Start, ...], progress: Callable[[str], None]) -> Joint:

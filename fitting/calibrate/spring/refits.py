@@ -9,7 +9,7 @@ from fitting.inference.lasting_noise import Size
 from fitting.specimens.rows import numbers
 from fitting.specimens.spring_rows import MARGIN, spring_of
 
-from .joint import Joint, Start, alike, cost_of, ranked, settled
+from .joint import Joint, Start, alike, best_of_all, cost_of, ranked, settled
 from .misfit import force_misfit
 from .problem import MISFIT, Problem
 from .residuals import residuals_and_freedom, values_of
@@ -199,7 +199,4 @@ def _gone_on(
             known = found
         if known is not start:
             starts.append(known)
-    starts = ranked(starts)
-    if starts[0] is joint.starts[0]:
-        return replace(joint, starts=tuple(starts))
-    return settled(tuple(starts), progress)
+    return best_of_all(joint, starts, progress)

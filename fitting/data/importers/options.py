@@ -311,8 +311,7 @@ def _canonical_of(name: str) -> str | None:
     """A canonical column whose quantity a name refers to, in any unit."""
     for kind in schema.KINDS.values():
         for canonical in kind.columns.known:
-            quantity, _ = schema.quantity_and_unit(canonical)
-            if name == quantity or (name.startswith(quantity + "_") and "_" not in name[len(quantity) + 1 :]):
+            if schema.names_quantity(name, canonical):
                 return canonical
     return None
 

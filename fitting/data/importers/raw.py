@@ -14,7 +14,7 @@ from typing import Any
 
 from pneusma_jax.errors import reason_of
 
-from ..recordings.table import unusable
+from ..recordings.table import bytes_of, unusable
 from .matlab import is_matlab_or_hdf5, sheets_of
 from .number_formats import Display, as_text, display_of, one_unit
 from .other_workbooks import other_sheets, other_workbook
@@ -151,12 +151,7 @@ def open_raw(path: str | Path) -> RawFile:
         InputError: if it does not exist, cannot be read or is empty.
     """
     path = Path(path)
-    try:
-        content = path.read_bytes()
-    except FileNotFoundError:
-        raise unusable(path, "there is no such file") from None
-    except OSError as error:
-        raise unusable(path, f"the file cannot be read ({error.strerror})") from None
+    content = bytes_of(path)
     if not content.strip():
         raise unusable(path, "the file is empty")
     return RawFile(path, content)

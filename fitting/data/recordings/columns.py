@@ -129,8 +129,7 @@ def convert(values: np.ndarray, unit: str, wanted: str, difference: bool = False
 def _canonical_of(name: str, kind: str) -> str | None:
     """Canonical column of this kind with the quantity of a name."""
     for canonical in schema.KINDS[kind].columns.known:
-        quantity, _ = schema.quantity_and_unit(canonical)
-        if name == quantity or (name.startswith(quantity + "_") and "_" not in name[len(quantity) + 1 :]):
+        if schema.names_quantity(name, canonical):
             return canonical
     return None
 

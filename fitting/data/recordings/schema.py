@@ -139,6 +139,12 @@ def column_of(kind: str, quantity: str) -> str | None:
     return next((name for name in known if quantity_and_unit(name)[0] == quantity), None)
 
 
+def names_quantity(key: str, canonical: str) -> bool:
+    """True if a key names the quantity of a column or size, in any unit: `length_in` that of `length_mm`."""
+    quantity, _ = quantity_and_unit(canonical)
+    return key == quantity or (key.startswith(quantity + "_") and "_" not in key[len(quantity) + 1 :])
+
+
 DESIGNS = ("pneusma1", "pneusma2", "pneuflex_s", "pneuflex_t", "pneuflex_w", "triad")
 ORIENTATIONS = ("vertical_base_down", "vertical_base_up", "horizontal")
 LAWS = ("polynomial", "neo_hookean", "yeoh", "gent", "ogden")

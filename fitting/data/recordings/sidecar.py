@@ -121,8 +121,7 @@ def canonical_geometry_key(
     for canonical in schema.GEOMETRY_NUMBERS:
         if canonical in schema.GEOMETRY_WITHOUT_UNIT:
             continue
-        quantity = schema.quantity_and_unit(canonical)[0]
-        if key == quantity or (key.startswith(quantity + "_") and "_" not in key[len(quantity) + 1 :]):
+        if schema.names_quantity(key, canonical):
             try:
                 return canonical, written_unit(key, canonical)
             except InputError as error:

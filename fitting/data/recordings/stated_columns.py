@@ -87,7 +87,7 @@ def check_shared(campaign: Mapping[str, Any], where: Path | str) -> None:
     columns = tuple(dict.fromkeys(name for kind in kinds for name in kind.columns.known))
     for key, value in campaign.get("noise", {}).items():
         exact = any(
-            _names(key, name)
+            schema.names_quantity(key, name)
             for kind in kinds
             for name in kind.columns.known
             if name not in kind.columns.outputs
@@ -157,7 +157,11 @@ def shared_noise(
     """
     present = set(present)
     columns = tuple(name for name in schema.KINDS[kind].columns.known if name in present)
-    own = {key: value for key, value in table.items() if any(_names(key, name) for name in columns)}
+    own = {
+        key: value
+        for key, value in table.items()
+        if any(schema.names_quantity(key, name) for name in columns)
+    }
     return check_noise(own, kind, [], where)
 
 
@@ -167,16 +171,10 @@ def _is_noise(recording: Recording, key: str, value: float) -> bool:
     return any(recording.noise.get(name) == stated for name, stated in found.items())
 
 
-def _names(key: str, canonical: str) -> bool:
-    """True if a key names a column, in any unit."""
-    quantity, _ = schema.quantity_and_unit(canonical)
-    return key == quantity or (key.startswith(quantity + "_") and "_" not in key[len(quantity) + 1 :])
-
-
 def _column_of(key: str, columns: tuple[str, ...], section: str, where: Path | str) -> tuple[str, str]:
     """Canonical column and written unit of a key of a section."""
     for canonical in columns:
-        if _names(key, canonical):
+        if schema.names_quantity(key, canonical):
             try:
                 return canonical, written_unit(key, canonical)
             except InputError as error:

@@ -85,13 +85,22 @@ def read_table(path: Path) -> Table:
     return table
 
 
-def _read_text(path: Path) -> str:
+def bytes_of(path: Path) -> bytes:
+    """Content of a file.
+
+    Raises:
+        InputError: if it does not exist or cannot be read.
+    """
     try:
-        raw = path.read_bytes()
+        return path.read_bytes()
     except FileNotFoundError:
         raise unusable(path, "there is no such file") from None
     except OSError as error:
         raise unusable(path, f"the file cannot be read ({error.strerror})") from None
+
+
+def _read_text(path: Path) -> str:
+    raw = bytes_of(path)
     try:
         return raw.decode("utf-8-sig")
     except UnicodeDecodeError as error:
