@@ -20,7 +20,7 @@ from typing import Any
 import click
 
 from ._lock import locked
-from ._made_by import remembered
+from ._made_by import with_record
 
 # name -> (module, function, line in the list of commands)
 COMMANDS = {
@@ -152,7 +152,7 @@ class LazyGroup(click.Group):
         # looked through again and again, which takes a tenth of a command's time.
         gc.set_threshold(50_000, 20, 50)
         module, function, _ = COMMANDS[name]
-        return locked(remembered(getattr(importlib.import_module(module), function), name), name)
+        return locked(with_record(getattr(importlib.import_module(module), function), name), name)
 
     def resolve_command(self, ctx: click.Context, args: list[str]) -> tuple:
         """Find the command that the arguments call; a mistyped one is answered with the nearest."""

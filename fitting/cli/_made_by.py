@@ -1,4 +1,4 @@
-"""The command that runs, as folders of results remember it."""
+"""Name and options of the command that runs, for the record that it leaves beside its results."""
 
 import functools
 import os
@@ -11,10 +11,15 @@ WITHOUT_EFFECT = ("out", "force", "resume", "workers", "cluster", "devices", "as
 """Options that change no result."""
 
 
-def remembered(command: click.Command, name: str) -> click.Command:
-    """The command, which says to the writer of folders who it is and with which options."""
+def with_record(command: click.Command, name: str) -> click.Command:
+    """The command, whose name and options `fitting.data.publish` records in every folder that it writes.
+
+    Args:
+        command: a command of `pneusma`.
+        name: its name.
+    """
     call = command.callback
-    if call is None or getattr(call, "is_remembered", False):
+    if call is None or getattr(call, "has_record", False):
         return command
 
     @functools.wraps(call)
@@ -29,7 +34,7 @@ def remembered(command: click.Command, name: str) -> click.Command:
         with running(f"pneusma {name}", stated):
             return call(*arguments, **options)
 
-    telling.is_remembered = True
+    telling.has_record = True
     command.callback = telling
     return command
 

@@ -1,4 +1,4 @@
-"""Forward model of springs without a measured resistance: elongation and temperature in, pull out.
+"""Forward model of springs without a measured resistance: elongation and temperature in, force out.
 
 The martensite fraction follows the recorded temperature on one reversible curve (`T_mid`, `T_width`), without
 hysteresis or shift by stress. Constants of the resistivity stay fixed, since only a resistance identifies
@@ -79,9 +79,8 @@ class SpringByTemperature(Specimen):
         quantities, _ = priors.alloy_quantities(campaign, ALLOY, base)
         alloy = {name: np.asarray(float(quantity.value)) for name, quantity in quantities.items()}
         number = {specimen: k for k, specimen in enumerate(campaign.specimens(), start=1)}
-        found = []
+        drivers, found = ("elongation", "temperature"), []
         for recording in campaign.recordings:
-            drivers = ("elongation", "temperature")
             columns, block = columns_of(recording, drivers, OUTPUTS, options)
             measured, weight = measured_and_weight(recording, OUTPUTS, columns, block, options)
             rows = Rows(
@@ -113,7 +112,7 @@ class SpringByTemperature(Specimen):
         resistivity's, and the curve over temperature, which a table only assumes.
 
         A spring may be held at a length while the temperature takes it through its transformation. Then the
-        prior of an unknown alloy's `T_mid` is centred where the pull is half-way.
+        prior of an unknown alloy's `T_mid` is centred at the temperature of half the change of the force.
 
         Args:
             campaign: recordings of kind spring.
@@ -131,9 +130,9 @@ class SpringByTemperature(Specimen):
                 quantity = quantities[name]
                 use_wide = identify or quantity.prior is None
                 parameters.add(priors.tabulated(wide[name] if use_wide else quantity))
-        found = [T for r in campaign.recordings if r.role == "fit" for T in half_way_of(r)]
-        if identify and found:
-            centre_prior(parameters["T_mid"], 0.5 * (min(found) + max(found)))
+        middles = [T for r in campaign.recordings if r.role == "fit" for T in half_way_of(r)]
+        if identify and middles:
+            centre_prior(parameters["T_mid"], 0.5 * (min(middles) + max(middles)))
         parameters.update(priors.geometry_parameters(campaign, dimension_numbers))
         return parameters
 

@@ -14,7 +14,7 @@ from pneusma_jax.units import from_si
 
 from .instruments import Instruments
 from .spring import CONSTANTS, possible_spring
-from .truth import Unknowns
+from .truth import Truth
 from .wishes import Synthetic, Wishes
 
 INTERVAL_S = 0.5
@@ -86,16 +86,16 @@ def synthesise_actuator(wishes: Wishes) -> Synthetic:
     nominal.pop("cycles_before")
     springs = arrangement.spring_numbers
     tolerance = TOLERANCE if springs else {k: v for k, v in TOLERANCE.items() if not k.startswith("G_")}
-    unknowns = Unknowns(wishes, tolerance)
+    drawn = Truth(wishes, tolerance)
     alloy = None
     if springs:
         table = load_calibration(nominal["alloy"], "alloy")
-        constants = unknowns.alloy(table, list(table.require(CONSTANTS)), possible_spring)
+        constants = drawn.alloy(table, list(table.require(CONSTANTS)), possible_spring)
         alloy = pj.Alloy(**constants, name=table.name)
         nominal["alloy"] = "fit" if wishes.spread == "prior" else nominal["alloy"]
-    true = unknowns.geometry(nominal)
-    law = _silicone(nominal["material"], unknowns.factor("silicone_stiffness"))
-    unknowns.finish()
+    true = drawn.geometry(nominal)
+    law = _silicone(nominal["material"], drawn.factor("silicone_stiffness"))
+    drawn.finish()
     geometry = _geometry(true)
     body = pj.round_actuator(arrangement, geometry, alloy, law)
     bench = Instruments.of("actuator", wishes, NOISE)
@@ -106,10 +106,10 @@ def synthesise_actuator(wishes: Wishes) -> Synthetic:
     for run in runs:
         columns = _simulate(body, geometry, run, time, ambient)
         recordings.append(
-            bench.recording(run.name, run.role, "A", time, columns, nominal, unknowns.tolerance)
+            bench.recording(run.name, run.role, "A", time, columns, nominal, drawn.tolerance)
         )
     title = f"Simulated runs of a {design} actuator"
-    return Synthetic(title, recordings, {**unknowns.record, "ambient_degC": ambient})
+    return Synthetic(title, recordings, {**drawn.record, "ambient_degC": ambient})
 
 
 def _geometry(true: dict) -> pj.Geometry:

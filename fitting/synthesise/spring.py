@@ -15,7 +15,7 @@ from pneusma_jax.calibration import load_calibration
 
 from .controller import STEP_S, TRICKLE, build_stand, rest_resistances, run_stand, steps_of, travel_profile
 from .instruments import Instruments
-from .truth import Unknowns
+from .truth import Truth
 from .wishes import Synthetic, Wishes, stream
 
 STRAINS = (1.15, 2.30, 3.45, 4.60, 5.75)  # Spring strains of the loading cycles, Section 2.4.2
@@ -79,20 +79,20 @@ def synthesise_spring(wishes: Wishes) -> Synthetic:
     # an unknown alloy is drawn from the wide priors from which a fit with alloy = "fit" starts
     usual = NEW_ALLOY if wishes.spread == "prior" else "krl35"
     table = load_calibration(wishes.alloy or usual, "alloy")
-    unknowns = Unknowns(wishes, TOLERANCE)
-    constants = unknowns.alloy(table, list(table.require(CONSTANTS)), possible_spring)
+    drawn = Truth(wishes, TOLERANCE)
+    constants = drawn.alloy(table, list(table.require(CONSTANTS)), possible_spring)
     given = {"active_coils": nominal_geometry("spring", {})["active_coils"], "free_length_mm": FREE_LENGTH_MM}
     name = "fit" if wishes.spread == "prior" else wishes.alloy or "krl35"
     nominal = nominal_geometry("spring", given) | given | {"alloy": name}
     nominal.pop("cycles_before")
-    spring = _spring(unknowns.geometry(nominal), pj.Alloy(**constants, name=table.name))
-    unknowns.finish()
+    spring = _spring(drawn.geometry(nominal), pj.Alloy(**constants, name=table.name))
+    drawn.finish()
     instruments = Instruments.of("spring", wishes, NOISE)
     ambient = wishes.ambient_degC
     if ambient is None:
         ambient = round(float(constants["T_mid"] - COLD_WIDTHS * constants["T_width"]), 1)
-    recordings, fractions = _run_tests(spring, ambient, wishes, unknowns, instruments, nominal)
-    truth = {**unknowns.record, "ambient_degC": ambient}
+    recordings, fractions = _run_tests(spring, ambient, wishes, drawn, instruments, nominal)
+    truth = {**drawn.record, "ambient_degC": ambient}
     title = f"Simulated tests of a spring of alloy {table.name}"
     return Synthetic(title, recordings, truth, fractions)
 
@@ -115,7 +115,7 @@ def _spring(g: dict, alloy: pj.Alloy) -> pj.Spring:
 
 
 def _run_tests(
-    spring: pj.Spring, ambient: float, wishes: Wishes, unknowns: Unknowns, bench: Instruments, nominal: dict
+    spring: pj.Spring, ambient: float, wishes: Wishes, drawn: Truth, bench: Instruments, nominal: dict
 ) -> tuple[list[Recording], dict[str, np.ndarray]]:
     """The recordings, and the true martensite fraction in their rows by recording."""
     tests = spring_tests(SETPOINTS if wishes.tests is None else wishes.tests)
@@ -145,7 +145,7 @@ def _run_tests(
             columns["setpoint_ohm"] = np.full(len(columns["force_N"]), setpoints[k])
         time = every * STEP_S * np.arange(len(columns["force_N"]))
         recordings.append(
-            bench.recording(test.name, test.role, "S", time, columns, nominal, unknowns.tolerance)
+            bench.recording(test.name, test.role, "S", time, columns, nominal, drawn.tolerance)
         )
         fractions[test.name] = run.xi0[k, rows]
     return recordings, fractions

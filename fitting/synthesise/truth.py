@@ -19,7 +19,7 @@ MOST_TRIES = 200  # Maximum number of draws until an alloy is possible
 DIGITS = 6  # Number of significant digits of a drawn number
 
 
-class Unknowns:
+class Truth:
     """Draws the true parameters of specimens and records them.
 
     Attributes:
@@ -81,6 +81,7 @@ class Unknowns:
         return values
 
     def _constant(self, table: Calibration, name: str, attempt: int) -> float:
+        """True value of one constant of an alloy, SI: as the user sets it, or drawn."""
         quantity = table.quantities[name]
         difference = _is_difference(name)
         self._known.add(name)
@@ -107,7 +108,7 @@ class Unknowns:
                 true[key] = _neat(self._draw(specimen + key, value, self.tolerance[key] * value))
         numbers = [key for key in nominal if key in schema.GEOMETRY_NUMBERS]
         pairs = {key: {"value": true[key], "nominal": nominal[key]} for key in numbers}
-        self._of(specimen)["geometry"] = pairs
+        self._record_of(specimen)["geometry"] = pairs
         return true
 
     def factor(self, name: str, specimen: str = "") -> float:
@@ -117,15 +118,26 @@ class Unknowns:
             value = float(self.wishes.truth[name])
         else:
             value = _neat(self._draw(specimen + name, 1.0, self.tolerance.get(name, 0.0)))
-        self._of(specimen)[name] = {"value": value, "nominal": 1.0}
+        self._record_of(specimen)[name] = {"value": value, "nominal": 1.0}
         return value
 
-    def _of(self, specimen: str) -> dict[str, Any]:
+    def _record_of(self, specimen: str) -> dict[str, Any]:
+        """Part of the record about one specimen; the whole record without a name."""
         return self.record.setdefault("specimens", {}).setdefault(specimen, {}) if specimen else self.record
 
     def _draw(
         self, name: str, mean: float, sd: float, attempt: int = 0, low: float = -math.inf, high=math.inf
     ) -> float:
+        """A normal number within bounds and `LARGEST` standard deviations, in the unit of its mean.
+
+        Drawn by tolerance, the moduli of both phases of one specimen are correlated by `COMMON`.
+
+        Args:
+            name: name of the number; equal names of one attempt draw the same.
+            mean, sd: of the distribution.
+            attempt: number of earlier draws that were impossible.
+            low, high: bounds.
+        """
         if sd == 0.0 or self.wishes.spread == "none":
             return mean
         random = stream(self.wishes.seed, "truth", name, str(attempt))

@@ -10,7 +10,7 @@ from fitting.specimens.simulation import simulated
 from pneusma_jax.errors import InputError
 
 from .instruments import Instruments
-from .truth import Unknowns
+from .truth import Truth
 from .wishes import Synthetic, Wishes
 
 # specimen, largest pressure [kPa], role
@@ -33,15 +33,15 @@ def synthesise_tube(wishes: Wishes) -> Synthetic:
     """
     nominal = nominal_geometry("tube", {})
     nominal.pop("cycles_before")
-    unknowns = Unknowns(wishes, TOLERANCE)
+    drawn = Truth(wishes, TOLERANCE)
     bench = Instruments.of("tube", wishes, NOISE)
     interval = wishes.interval_s or INTERVAL_S
     runs = [*RUNS[: RUNS_ASKED if wishes.tests is None else wishes.tests], CHECK]
     truth = {}
     for specimen in dict.fromkeys(name for name, _, _ in runs):
-        geometry = unknowns.geometry(nominal, specimen)
-        truth[specimen] = geometry, unknowns.factor(FACTOR, specimen)
-    unknowns.finish()
+        geometry = drawn.geometry(nominal, specimen)
+        truth[specimen] = geometry, drawn.factor(FACTOR, specimen)
+    drawn.finish()
     halves = [max(2, round(peak / RATE / interval)) for _, peak, _ in runs]
     recordings = []
     for k, ((specimen, peak, role), half) in enumerate(zip(runs, halves, strict=True), start=1):
@@ -53,7 +53,7 @@ def synthesise_tube(wishes: Wishes) -> Synthetic:
         if not np.all(np.isfinite(columns["length_mm"])):
             raise InputError(f"the wall of this tube cannot balance {peak:g} kPa; its silicone is too soft")
         recordings.append(
-            bench.recording(f"inflation_{k}", role, specimen, time, columns, nominal, unknowns.tolerance)
+            bench.recording(f"inflation_{k}", role, specimen, time, columns, nominal, drawn.tolerance)
         )
     title = "Simulated inflations of wrapped silicone tubes"
-    return Synthetic(title, recordings, dict(unknowns.record))
+    return Synthetic(title, recordings, dict(drawn.record))

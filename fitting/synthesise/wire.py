@@ -13,7 +13,7 @@ from pneusma_jax.calibration import load_calibration
 from pneusma_jax.nitinol import WireAlloy
 
 from .instruments import Instruments
-from .truth import Unknowns
+from .truth import Truth
 from .wishes import Synthetic, Wishes
 
 STRESSES_MPA = (50.0, 100.0, 200.0, 150.0, 250.0, 300.0, 75.0)
@@ -35,9 +35,9 @@ def synthesise_wire(wishes: Wishes) -> Synthetic:
         InputError: for an alloy without a wire's constants, or impossible wishes.
     """
     table = load_calibration(wishes.alloy or WIRE_ALLOY, "alloy")
-    unknowns = Unknowns(wishes, TOLERANCE)
-    constants = unknowns.alloy(table, list(table.require(CONSTANTS)), possible_wire)
-    unknowns.finish()
+    drawn = Truth(wishes, TOLERANCE)
+    constants = drawn.alloy(table, list(table.require(CONSTANTS)), possible_wire)
+    drawn.finish()
     wire = WireAlloy(**constants, name=table.name)
     bench = Instruments.of("wire", wishes, NOISE)
     interval = wishes.interval_s or INTERVAL_S
@@ -59,7 +59,7 @@ def synthesise_wire(wishes: Wishes) -> Synthetic:
         role, stated = "fit" if k <= count else "validation", {"alloy": "fit", "prestrain": 0.0}
         recordings.append(bench.recording(f"cycle_{k}", role, "W", time, columns, stated))
     title = "Simulated thermal cycles of a nitinol wire under constant stress"
-    return Synthetic(title, recordings, dict(unknowns.record))
+    return Synthetic(title, recordings, dict(drawn.record))
 
 
 def possible_wire(values: dict[str, float]) -> bool:

@@ -15,7 +15,7 @@ from fitting.inference.latent_trajectory.denoise import denoised
 from fitting.synthesise import makers, synthesise, write_synthetic
 from fitting.synthesise.instruments import correlated, random_walk
 from fitting.synthesise.spring import CONSTANTS
-from fitting.synthesise.truth import Unknowns
+from fitting.synthesise.truth import Truth
 from fitting.synthesise.wishes import Wishes
 from pneusma_jax.calibration import load_calibration
 from pneusma_jax.errors import InputError
@@ -250,8 +250,8 @@ def test_noise_has_the_stated_size_and_memory():
 
 def drawn(seed, **wishes):
     table = load_calibration("krl35")
-    unknowns = Unknowns(Wishes(seed=seed, **wishes), {"G_m": 0.05, "G_a": 0.05, "a": 0.02})
-    return unknowns.alloy(table, CONSTANTS, lambda values: True)
+    truth = Truth(Wishes(seed=seed, **wishes), {"G_m": 0.05, "G_a": 0.05, "a": 0.02})
+    return truth.alloy(table, CONSTANTS, lambda values: True)
 
 
 @pytest.mark.slow

@@ -45,7 +45,7 @@ from .running_clock import with_clock
 from .signs_and_zeros import ATMOSPHERE_KPA, correct_signs_and_zeros, gauge_pressure, subtract
 from .specimen_sizes import geometry_of_file, say_other_sizes
 from .spelling import unit_name
-from .strain_unit import refuse_far_wire, say_far, settle_strain_unit
+from .strain_unit import refuse_impossible_wire, settle_strain_unit, warn_of_impossible_strain
 from .texts import MOST_LISTED
 from .unused import explain, mark_used
 
@@ -116,7 +116,7 @@ def assemble(
         notices=making.notices,
     )
     _identify_other_alloy(recording, making)
-    refuse_far_wire(making)
+    refuse_impossible_wire(making)
     check_recording(recording, [int(row) for row in rows])
     ask_about_units(recording, _written_units(recording, making), _units_known(sample, making))
     explain(making)
@@ -198,7 +198,7 @@ def _quantities(making: Making) -> dict[str, np.ndarray]:
         gauge_pressure(making)
         settle_strain_unit(making)
         derive(making)
-        say_far(making)
+        warn_of_impossible_strain(making)
         subtract(making)
         return canonical(making)
     except UnitMissing:

@@ -59,8 +59,8 @@ class Sample:
         sizes: dimensions of the specimen that the file states.
         notices: sentences about the file as a whole.
         sheet: name of its sheet.
-        elsewhere: rows of the sheets without a test that are short enough to state sizes.
-        called: name of its recording, where several tests are imported at once; else empty.
+        elsewhere: rows of sheets without a test. Only sheets with few rows count, since these state sizes.
+        called: name that its recording gets where several tests are imported at once; else empty.
         kept: rows that the user chose; empty for all.
         left_out: the other rows in words; empty if there are none.
     """
@@ -108,7 +108,7 @@ def samples_of(raw: RawFile, sheet: str | None = None) -> list[Sample]:
     Raises:
         InputError: if there is no such sheet, or the file cannot be read.
     """
-    pages = raw.pages if sheet is None else _wanted(raw, sheet)
+    pages = raw.pages if sheet is None else _page_named(raw, sheet)
     shared: Sizes = {}
     by_specimen: dict[str, Sizes] = {}
     notices: list[str] = []
@@ -144,7 +144,8 @@ def samples_of(raw: RawFile, sheet: str | None = None) -> list[Sample]:
     return _with_unique_titles(done)
 
 
-def _wanted(raw: RawFile, sheet: str) -> list[Page]:
+def _page_named(raw: RawFile, sheet: str) -> list[Page]:
+    """The sheet of a name or a number (from 1), as the only page to read."""
     if not raw.pages[0].is_sheet:
         raise unusable(
             raw.path, f"--sheet {sheet}: this is a text file, it has no sheets; leave the option out"

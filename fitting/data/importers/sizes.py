@@ -79,7 +79,7 @@ Sizes = dict[str, Size]
 
 
 def beside(sizes: Sizes, others: Sizes) -> Sizes:
-    """Sizes with the texts of other statements of them that give other numbers."""
+    """Sizes, each with the text of its other statement if that gives another number."""
     return {key: size.beside(others[key]) if key in others else size for key, size in sizes.items()}
 
 

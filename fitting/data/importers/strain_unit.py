@@ -13,7 +13,7 @@ from .spelling import dimension, unit_name
 
 DECISIVE = 0.25
 """Maximum ratio of misfits at which one unit of strain explains another column and the other does not."""
-SHAPED = 2.0
+FIRST_PART = 2.0
 """Maximum strain of the first, neo-Hookean part of a rubber's curve [1]."""
 
 
@@ -31,7 +31,7 @@ def settle_strain_unit(making: Making) -> None:
     if channel is None or channel.trouble or making.kind not in ("wire", "elastomer"):
         return
     if channel.unit is not None:
-        _refuse_far(making, channel)
+        _refuse_impossible_coupon(making, channel)
         return
     largest = float(np.nanmax(np.abs(channel.values)))
     proven = _proven_unit(making, channel)
@@ -56,17 +56,20 @@ def settle_strain_unit(making: Making) -> None:
     if _bends_as_percent(making, channel):
         raise unusable(
             making.place, f"{reaches}; as a fraction the curve would be far"
-            f" straighter than any rubber's up to a strain of {min(largest, SHAPED):.3g}. As percent it"
+            f" straighter than any rubber's up to a strain of {min(largest, FIRST_PART):.3g}. As percent it"
             f" would not: {ask}",
         )  # fmt: skip
     making.say(f"{channel.label!r} has no unit: taken as a fraction (--unit strain=percent to correct)")
     making.channels["strain"] = replace(channel, unit="1")
 
 
-def _refuse_far(making: Making, channel: Channel) -> None:
+def _refuse_impossible_coupon(making: Making, channel: Channel) -> None:
     """Refuse a coupon's strain whose unit, as the heading states it, makes it larger than that of any rubber.
 
     A unit that the user states is believed, with a `check:`: `--unit strain=1` answers the question.
+
+    Raises:
+        InputError: with the unit that is probably meant.
     """
     if making.kind != "elastomer" or dimension(channel.unit) != "number":
         return
@@ -85,7 +88,7 @@ def _refuse_far(making: Making, channel: Channel) -> None:
         )  # fmt: skip
 
 
-def refuse_far_wire(making: Making) -> None:
+def refuse_impossible_wire(making: Making) -> None:
     """Refuse a wire's strain whose stated unit makes it larger than that of any wire.
 
     Raises:
@@ -126,7 +129,7 @@ def _reach(channel: Channel) -> tuple[float, str, str]:
     return farthest, f"{channel.label!r} reaches {written:.4g}, which as {words}", unit
 
 
-def say_far(making: Making) -> None:
+def warn_of_impossible_strain(making: Making) -> None:
     """Warn of a strain made from other columns that is larger than that of any specimen."""
     channel = making.channels.get("strain")
     if channel is None or not channel.made or making.kind != "elastomer" or channel.trouble:
@@ -157,7 +160,10 @@ def unit_assumed(channels: Mapping[str, Channel], unit: str) -> str:
 
 
 def _proven_unit(making: Making, channel: Channel) -> tuple[str, str] | None:
-    """Unit that another column of the file proves, and the name of that column."""
+    """Unit of a strain that another column of the file proves, and the name of that column.
+
+    A true strain is log(1 + strain), for one unit of either. An elongation over the gauge length is a strain.
+    """
     strain = channel.values
     true = making.channels.get("true_strain")
     if true is not None and not true.trouble and true.unit is None:
@@ -198,8 +204,8 @@ def _bends_as_percent(making: Making, channel: Channel) -> bool:
     strain, force = channel.values[finite], stress.values[finite]
     rising = slice(0, int(np.argmax(strain)) + 1) if strain.size else slice(0, 0)
     strain, force = strain[rising], force[rising]
-    first = (strain >= 0.0) & (strain <= SHAPED)
-    if first.sum() < 5 or strain[first].max() < 0.75 * SHAPED:
+    first = (strain >= 0.0) & (strain <= FIRST_PART)
+    if first.sum() < 5 or strain[first].max() < 0.75 * FIRST_PART:
         return False
     misfits = []
     for factor in (1.0, 0.01):

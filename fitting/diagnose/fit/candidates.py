@@ -55,7 +55,7 @@ class Proposal:
     Attributes:
         slugs: effects of the set, with those of the model that it extends.
         starts: scaled numbers: where its scores were made, and nominal base constants.
-        near: an evaluation whose latent trajectories are begun with; that of the extended model if None.
+        near: evaluation from whose latent trajectories a fit begins; that of the extended model if None.
     """
 
     slugs: tuple[str, ...]
@@ -79,7 +79,7 @@ def candidate_fits(
         current: model so far.
         found: its score test.
         progress: receives a line of text at every step.
-        effort: 1; 2 follows twice as many.
+        effort: 1, or 2 to follow twice as many candidates.
         most: number of candidates at effort 1.
         known: fits of sets that were fitted before; see `fitted_sets`.
 
@@ -121,7 +121,7 @@ def fitted_sets(
         proposals: most promising first; of different sets.
         current: model that they extend.
         progress: receives a line of text at every step.
-        effort: 1; 2 follows twice as many.
+        effort: 1, or 2 to follow twice as many candidates.
         known: fits of sets that were fitted before. Proposals of these sets go on from there.
 
     Returns:
@@ -208,7 +208,15 @@ def _ahead(
     ranked: Iterable[tuple[str, ...]],
     count: int,
 ) -> list[tuple[str, ...]]:
-    """Sets that are worth further steps: the best so far, the first by score, and one that promises more."""
+    """Sets that are worth further steps: the best so far, the first by score, and one that promises more.
+
+    Args:
+        program: program of the campaign.
+        refitter: predicts how far the next step of a fit would lower its objective.
+        best: fits so far, by set.
+        ranked: sets, the largest score first.
+        count: number of the best that go on.
+    """
     first = sorted(best, key=lambda slugs: best[slugs].objective)[:count]
     worst = max((best[slugs].objective for slugs in first), default=0.0)
     first += [slugs for slugs in list(ranked)[: CANDIDATES.kept_by_score] if slugs not in first]
@@ -301,7 +309,7 @@ def _without(program: Program, current: Fit, candidate: CandidateFit) -> list[Fi
     base, found = program.unknowns.base, []
     better = partial(from_elsewhere, program, current, least=OPTIMISER.minimum_decrease)
     if np.max(np.abs(candidate.fit.u[base] - current.u[base]), initial=0.0) > CANDIDATES.minimum_elsewhere:
-        found.append(better(candidate.fit))  # which leaves the others at their absence
+        found.append(better(candidate.fit))  # with the candidate's effect absent
     if any(program.followed(current.evaluation)):
         found.append(better(current.u, candidate.fit.evaluation))
     return found

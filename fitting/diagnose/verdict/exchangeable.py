@@ -65,25 +65,25 @@ def exchanges_of(program: Program, fit: Fit) -> list[Exchange]:
     misfit, J = here.joined(program.fitted.astype(float))
     inflation = inflation_of(program, fit)
     prior = np.concatenate([prior_sd(unknowns, fit.free) ** -2, np.zeros(len(absent))])
-    pull = J.T @ misfit / inflation + prior * (fit.u[columns] - unknowns.neutral[columns])
-    normal = _Normal(J.T @ J / inflation + np.diag(prior), pull)
+    gradient = J.T @ misfit / inflation + prior * (fit.u[columns] - unknowns.neutral[columns])
+    normal = _Normal(J.T @ J / inflation + np.diag(prior), gradient)
     own, found = np.arange(len(fit.free)), []
     place = {int(k): n for n, k in enumerate(columns)}
-    asked = _to_identify(program)
+    identified = _to_identify(program)
     for k in np.intersect1d(unknowns.base, fit.free):
-        if unknowns.items[k].name.partition(MARK)[0] in asked:
+        if unknowns.items[k].name.partition(MARK)[0] in identified:
             continue
         j = place[int(k)]
-        cost, step = normal.costs(own, j, -fit.u[k])
+        cost, step = normal.rise(own, j, -fit.u[k])  # with the constant back at its nominal value
         for e in strengths:
             n = place[int(e)]
             named = e not in absent
-            if named:
+            if named:  # without the constant's move it fits as well, at another strength
                 there = fit.u[e] + step[n]
                 moved = abs(step[n]) > CHANCE.deviations * normal.sd(own[own != j], n)
                 alike = cost < EVIDENCE.minimum_difference and moved
-            else:
-                beside, other = normal.costs(np.append(own, n), j, -fit.u[k])
+            else:  # the constant's move is needed without the effect, and not with it
+                beside, other = normal.rise(np.append(own, n), j, -fit.u[k])
                 there = other[n]
                 alike = cost >= EVIDENCE.minimum_first and beside < EVIDENCE.minimum_difference
             if alike and unknowns.low[e] <= there <= unknowns.high[e]:
@@ -104,27 +104,30 @@ class _Normal:
 
     Args:
         information: second derivatives, (numbers, numbers).
-        pull: first derivatives, (numbers,).
+        gradient: first derivatives, (numbers,).
     """
 
-    def __init__(self, information: np.ndarray, pull: np.ndarray):
-        self._information, self._pull = information, pull
+    def __init__(self, information: np.ndarray, gradient: np.ndarray):
+        self._information, self._gradient = information, gradient
 
-    def costs(self, free: np.ndarray, held: int, step: float) -> tuple[float, np.ndarray]:
+    def rise(self, free: np.ndarray, held: int, step: float) -> tuple[float, np.ndarray]:
         """Rise of the objective if one free number makes a step and the others follow, and all steps.
 
         Args:
             free: places of the numbers that are free, the held one among them.
             held: place of that number.
             step: its step, scaled.
+
+        Returns:
+            The rise [nat], and the steps, (numbers,); zero for numbers that are not free.
         """
-        steps = np.zeros(len(self._pull))
+        steps = np.zeros(len(self._gradient))
         steps[held] = step
         others = free[free != held]
         steps[others] = -self._inverse(others) @ (
-            self._pull[others] + self._information[others, held] * step
+            self._gradient[others] + self._information[others, held] * step
         )
-        rise = self._pull @ steps + 0.5 * steps @ self._information @ steps
+        rise = self._gradient @ steps + 0.5 * steps @ self._information @ steps
         return float(rise), steps
 
     def sd(self, free: np.ndarray, one: int) -> float:

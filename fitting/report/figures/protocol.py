@@ -11,7 +11,8 @@ from fitting.simulate.protocol import Course
 from . import BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION, axis_label, legend_above, style
 
 COLOURS = (BLUE, VERMILION, GREEN, ORANGE, PURPLE, SKY)
-ALIKE = {"xi0": "martensite fraction [1]", "duty": "duty cycle [1]"}
+WORDS = {"xi0": "martensite fraction [1]", "duty": "duty cycle [1]"}
+"""Labels of columns that have no unit in their name."""
 MOST_PANELS = 3  # Maximum number of panels of outputs
 
 
@@ -73,13 +74,14 @@ def _label(name: str, plain: bool = False) -> str:
     number = rest.partition("_")[0]
     if number.isdigit():
         before += f"spring {number}: "
-        words = ALIKE.get(stem) or axis_label(f"{stem}_{rest.partition('_')[2]}")
+        words = WORDS.get(stem) or axis_label(f"{stem}_{rest.partition('_')[2]}")
     else:
-        words = ALIKE.get(bare) or axis_label(bare)
+        words = WORDS.get(bare) or axis_label(bare)
     return words if plain else before + words
 
 
 def _lines(axes: Axes, time: np.ndarray, members: Mapping[str, np.ndarray], label: str) -> None:
+    """Draw columns of one kind over time, with a legend where each has a colour of its own."""
     few = len(members) <= len(COLOURS)
     for k, (name, values) in enumerate(members.items()):
         named = _label(name).removesuffix(label).rstrip(": ")
