@@ -19,16 +19,19 @@ class Limits(NamedTuple):
     Attributes:
         bytes_per_s: minimum speed at which a large file is read [B/s].
         memory: maximum memory of the process that reads it [B].
+        if_ended: fault of a file whose library ends that process. Some do so where memory runs out.
     """
 
     bytes_per_s: float
     memory: int
+    if_ended: str
 
 
+TOO_MUCH = "reading it takes too long or too much memory"
 LIMITS = {
-    "hdf5": Limits(10e6, 4 * 2**30),
-    "matlab": Limits(5e6, 4 * 2**30),
-    "workbook": Limits(1e6, 2 * 2**30),
+    "hdf5": Limits(10e6, 4 * 2**30, "reading it ends the process that does"),
+    "matlab": Limits(5e6, 4 * 2**30, TOO_MUCH),
+    "workbook": Limits(1e6, 2 * 2**30, TOO_MUCH),
 }
 """Limits by kind of file. A file of MATLAB of 500 MB needs that memory, a full sheet of ten columns 0.6 GB.
 A packed workbook of 1 MB takes 0.3 s."""
@@ -56,6 +59,4 @@ def fault_of_reading(kind: str, source: Path | bytes) -> str:
         return ""
     if not done.stdout or not done.returncode:
         return ""
-    if done.returncode > 0:
-        return "reading it takes too long or too much memory"
-    return "reading it ends the process that does, perhaps by too much memory"
+    return TOO_MUCH if done.returncode > 0 else limits.if_ended

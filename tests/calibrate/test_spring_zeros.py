@@ -195,7 +195,7 @@ def test_a_fit_without_its_decisions_takes_the_place_of_one_that_keeps_them(monk
         return SimpleNamespace(fitted_with=lambda: fit(after[problem.ended]))
 
     monkeypatch.setattr(refits.Problem, "undecided", undecided)
-    monkeypatch.setattr(refits, "settled", lambda starts, progress: starts)
+    monkeypatch.setattr("fitting.calibrate.spring.joint.settled", lambda starts, progress: starts)
     starts = tuple(Start(name, *fit(cost)) for name, cost in (("a", 90.0), ("b", 95.0)))
     found = decided_anew(Joint(starts[0].problem, starts[0].result, starts, 1.0, 1.0))
     assert [(s.name, s.result.chi_square) for s in found] == [
