@@ -22,7 +22,7 @@ from .sizes import (
 )
 from .specimen_sizes import OF_KIND, repeats_an_option
 from .spelling import dimension, narrow
-from .tables import NO_NUMBERS
+from .table_notices import NO_NUMBERS
 
 HEADER, FOOTER, SHEETS = "header", "footer", "other_sheets"
 """Keys of `[source]` that hold the lines above and below a table, and on sheets without a test."""
