@@ -6,7 +6,8 @@ A row of a recording runs through slots in a fixed order, each a value that the 
                         -> wall, load -> outputs
     spring     [compliance] elongation -> phase -> stress -> pull -> resistance -> outputs
     wire       temperature -> phase -> stress -> outputs      tube  pressure -> wall, load -> outputs
-    elastomer  [compliance] wall -> outputs          and at the end of all rows: recorded
+    elastomer  [compliance] wall -> outputs
+    before all rows of a wire: driven                         at the end of all rows: recorded
 
 An effect is a module with a parameter whose neutral value means absent, and a method for each slot it acts
 at. If it has a history, it also has a memory that is carried from row to row. Effects compose in the order in
@@ -148,6 +149,13 @@ class Effect(eqx.Module):
 
     def outputs(self, value: dict[str, Array], at: Known, memory: Any) -> dict[str, Array]:
         """Readings of the instruments, by canonical column name in SI."""
+        return value
+
+    def driven(self, value: dict[str, Array], time: Array) -> dict[str, Array]:
+        """Drives in all rows, from their records, shape (rows,) each; of wires so far.
+
+        For effects on the instrument of a drive, whose later readings tell what it missed before.
+        """
         return value
 
     def recorded(self, value: dict[str, Array], time: Array) -> dict[str, Array]:
@@ -294,3 +302,12 @@ def as_recorded(
     for effect in effects:
         seen = _acting(effect, "recorded", seen, time) | told  # which no instrument's clock moves
     return {name: course for name, course in seen.items() if name not in told}
+
+
+def as_driven(
+    effects: tuple[Effect | Switched, ...], told: dict[str, Array], time: Array
+) -> dict[str, Array]:
+    """Drives of a whole recording, shape (rows,) each, before every effect on their instruments."""
+    for effect in effects:
+        told = _acting(effect, "driven", told, time)
+    return told

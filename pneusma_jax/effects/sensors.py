@@ -188,10 +188,15 @@ class LoadTrainCompliance(Effect):
 
 
 class ChannelLag(Effect):
-    """The predicted channels are stamped late; delay [s], delay_resistance [s] of a spring's second one."""
+    """A channel runs late: those that are predicted by `delay` [s], a spring's resistance by its own.
+
+    The thermometer of a wire lags by `delay_temperature` [s]. It is a first-order follower of the wire, such
+    as a thermocouple. So the wire is warmer than its reading while that rises.
+    """
 
     delay: Array = eqx.field(converter=jnp.asarray, default=0.0)
     delay_resistance: Array = eqx.field(converter=jnp.asarray, default=0.0)
+    delay_temperature: Array = eqx.field(converter=jnp.asarray, default=0.0)
 
     slug: ClassVar[str] = "channel_lag"
     by_rate: ClassVar[bool] = True
@@ -202,6 +207,7 @@ class ChannelLag(Effect):
     specs: ClassVar[dict[str, Spec]] = {
         "delay": Spec(0.0, 0.0, 3.0, 0.3, "s", "delay of the camera, the force or the length"),
         "delay_resistance": Spec(0.0, 0.0, 3.0, 0.3, "s", "delay of the resistance", kinds="S"),
+        "delay_temperature": Spec(0.0, 0.0, 30.0, 2.0, "s", "time constant of the thermometer", kinds="W"),
     }
     within: ClassVar[dict[str, dict[str, dict[str, Any]]]] = {
         kind: {"delay": {"text": f"delay of the {channel}"}}
@@ -209,6 +215,12 @@ class ChannelLag(Effect):
             "A": "camera", "S": "force", "W": "strain or the stress", "E": "force", "T": "length",
         }.items()
     }  # fmt: skip
+
+    def driven(self, value: dict[str, Array], time: Array) -> dict[str, Array]:
+        """See `Effect.driven`."""
+        if "temperature" not in value:
+            return value
+        return value | {"temperature": ahead(time, value["temperature"], self.delay_temperature)}
 
     def recorded(self, value: dict[str, Array], time: Array) -> dict[str, Array]:
         """See `Effect.recorded`; the model's own signal is shifted, so no noise is averaged."""
@@ -231,3 +243,22 @@ def delayed(time: Array, course: Array, delay: Array) -> Array:
     moving = gap > 0.0
     part = (when - time[after]) / jnp.where(moving, gap, 1.0)
     return jnp.where(moving, course[after] + part * (course[after] - course[after - 1]), course)
+
+
+def ahead(time: Array, course: Array, lag: Array) -> Array:
+    """A signal from that of its first-order follower of time constant `lag` [s], shape (rows,).
+
+    It is the follower, and its slope times the lag. The slope is that between a third of a lag before the row
+    and as much after it, linear between rows. Noise grows by a factor of 2.3 at most. Over a shorter time it
+    would grow more, over a longer one sudden turns would be blunter. A lag of 0 changes nothing; its
+    derivative is the slope. Time that stands still, as in padding, changes nothing.
+    """
+    half = jnp.where(lag / 3.0 > SHORT, lag / 3.0, SHORT)
+    before, after = jnp.maximum(time - half, time[0]), jnp.minimum(time + half, time[-1])
+    span = after - before
+    rise = jnp.interp(after, time, course) - jnp.interp(before, time, course)
+    return course + lag * jnp.where(span > 0.0, rise / jnp.where(span > 0.0, span, 1.0), 0.0)
+
+
+SHORT = 1e-3
+"""Minimum half of the time over which a slope is computed [s]."""

@@ -1,12 +1,14 @@
 """A straight wire along a history of stress or strain and of temperature, its memory carried by one scan."""
 
+import dataclasses
+
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from ..numerics.safe import begun_as, safe_divide
-from ..pipeline import Effect, Known, Pipeline, as_recorded
+from ..pipeline import Effect, Known, Pipeline, as_driven, as_recorded
 from ..program_cache import stored_jit
 from .residual_strain import SpringState
 from .wire import WireAlloy, WireResponse, WireStatus
@@ -80,6 +82,9 @@ def _simulate(
 ) -> WireHistory:
     prescribed, free = ("stress", "strain") if by_stress else ("strain", "stress")
     span = jnp.max(jnp.abs(load))
+    if drive.temperature is not None:
+        told = as_driven(effects, {"temperature": drive.temperature}, clock)
+        drive = dataclasses.replace(drive, temperature=told["temperature"])
 
     def step(carry: tuple, row: tuple) -> tuple[tuple, tuple]:
         state, memories = carry

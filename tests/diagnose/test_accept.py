@@ -172,7 +172,7 @@ def test_validation_in_which_an_effect_hardly_acts_doubts_its_name_only_beyond_c
     y[4:] = world.truth(np.random.default_rng(seed))[4:]
     explanation, said = accepted(in_other_recordings(found, world.program(y)), Scores())
     assert explanation.final.slugs == (DELAY,) and not said
-    assert (assess(explanation).unknown > 0.5) == (first == "unmodelled")
+    assert (assess(explanation, Scores()).unknown > 0.5) == (first == "unmodelled")
 
 
 def test_an_effect_at_its_neutral_value_has_no_evidence_whatever_its_fit_gains(soft, monkeypatch):

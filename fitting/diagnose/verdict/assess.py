@@ -7,10 +7,12 @@ from pneusma_jax.pipeline import mimicked_in
 
 from ..fit.misfit import accurate, floor, limit_of, scored
 from ..fit.prediction import predictive_chi_square
+from ..search.decision import clear
 from ..search.steps import Explanation
 from ..settings import DEFAULT
 from .discrepancy import Discrepancy, beside
 from .discrepancy_evidence import DiscrepancyEvidence, best_discrepancy
+from .held_out import Scores
 from .left import left_of
 from .unexplained import (
     by_discrepancy,
@@ -45,6 +47,7 @@ class Assessment:
         discrepancy: discrepancy of largest evidence about the base model.
         further: the one beside the effects; None where none is named.
         rest: discrepancy beside the effects.
+        unsupported: true if values that were not fitted are missed clearly more with the effects.
     """
 
     named: bool
@@ -59,6 +62,7 @@ class Assessment:
     discrepancy: DiscrepancyEvidence | None
     further: DiscrepancyEvidence | None
     rest: Discrepancy | None
+    unsupported: bool = False
 
     @property
     def moving(self) -> DiscrepancyEvidence | None:
@@ -72,8 +76,17 @@ class Assessment:
         return self.discrepancy if better else None
 
 
-def assess(explanation: Explanation) -> Assessment:
-    """What speaks for and against an explanation, which is not changed."""
+def assess(explanation: Explanation, scores: Scores) -> Assessment:
+    """What speaks for and against an explanation, which is not changed.
+
+    Effects are tentative with which values outside the fit are missed clearly more than without. Something
+    unknown has the rest. Numbers that the fit leaves open may excuse that, so no effect is refused for it.
+    But then nothing outside the fit supports the effects.
+
+    Args:
+        explanation: result of a search.
+        scores: scores of recordings that were not fitted.
+    """
     program, named = explanation.program, bool(explanation.final.slugs)
     masks = scored(program)
     base, last = (
@@ -92,9 +105,11 @@ def assess(explanation: Explanation) -> Assessment:
     signs = signs_of(explanation, discrepancy, further, base, last, floors) if named else None
     over = left_of(program, explanation.final, base=explanation.base) if named else None
     unknown, lost, beyond, mimicked = 0.0, 0.0, False, ()
+    unsupported = named and clear(program, explanation.final, scores.rise(explanation))
     if signs is not None:
         helpless = signs.kept >= 1.0 and any(left > limit for left, limit in zip(last, limits, strict=True))
         likely = max(probability_of_unknown(signs), PROBABILITY.tentative if helpless else 0.0)
+        likely = max(likely, 1.0 - PROBABILITY.tentative if unsupported else 0.0)
         unknown, beyond, mimicked = _doubt_of_names(explanation, likely, over is not None and over.stated)
         lost = gain_over_named(explanation, discrepancy)
     elif mismatch:
@@ -108,8 +123,9 @@ def assess(explanation: Explanation) -> Assessment:
     if explanation.misread is not None or (left is not None and not left.trusted):
         unknown = max(unknown, PROBABILITY.tentative)
     return Assessment(
-        named, mismatch, chance, unknown, beyond, mimicked, last, signs, lost, discrepancy, further, rest
-    )
+        named, mismatch, chance, unknown, beyond, mimicked, last, signs, lost, discrepancy, further, rest,
+        unsupported,
+    )  # fmt: skip
 
 
 def _doubt_of_names(

@@ -1,5 +1,7 @@
 """The verdict of a search: probabilities of every candidate, of nothing and of something unknown."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from fitting.inference.notes import joined
@@ -41,8 +43,8 @@ def conclude(explanation: Explanation) -> Conclusion:
     """The conclusion of a search."""
     scores = Scores()
     explanation, taken_back = accepted(explanation, scores)
-    judged, second = assess(explanation), explanation.second_look
-    if second is not None and not judged.mismatch and (found_together := assess(second)).mismatch:
+    judged, second = assess(explanation, scores), explanation.second_look
+    if second is not None and not judged.mismatch and (found_together := assess(second, scores)).mismatch:
         explanation, judged, taken_back = second, found_together, []  # what was removed is of the first look
     explanation = explanation.with_chance(*judged.chance)
     program = explanation.program
@@ -82,6 +84,8 @@ def conclude(explanation: Explanation) -> Conclusion:
     names = any(f.slug != UNMODELLED for f in found)
     shown = explanation.final if names else explanation.base
     left = left_of(program, shown, rest, after.reduced_chi2, explanation.base) if mismatch else None
+    if left is not None and judged.unsupported and names:
+        left = replace(left, supports=False)
     return Conclusion(
         explanation,
         mismatch,
@@ -208,6 +212,12 @@ def _left_over(explanation: Explanation, unknown: float, judged: Assessment, fou
             f"A smooth function of {judged.rival.driver.replace('_', ' ')} without a name predicts "
             f"recordings that are left out better than {joined(names)}: that may stand for something "
             "else."
+        )
+    if judged.unsupported:
+        text = (
+            f"With {joined(names)} values that were not fitted are missed more than by the base model. So "
+            f"nothing outside the fit supports {'it' if len(names) == 1 else 'them'}, and something else may "
+            "act instead."
         )
     text = " ".join([text, *([_looks_like(judged.mimicked)] if judged.mimicked else ())])
     further = 0.0 if judged.further is None else judged.further.bayes

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fitting.inference.notes import joined
 from fitting.inference.numbers import number
 
 from ..evaluate.program import Program
@@ -38,6 +39,7 @@ class Left:
             `reduced_chi2` is then not predictive. None where it does not.
         stated: true if the size of the noise is stated. Otherwise it is a guess, and often too small.
         kept: share of the base model's misfit that the effects alone leave, see `kept_of`; 1 for none.
+        supports: false if the base model misses values that were not fitted clearly less, see `assess`.
     """
 
     reduced_chi2: float
@@ -48,6 +50,7 @@ class Left:
     explained: float | None = None
     stated: bool = True
     kept: float = 1.0
+    supports: bool = True
 
     @property
     def open(self) -> bool:
@@ -68,12 +71,15 @@ class Left:
     def text(self) -> str:
         """Size and place in sentences, one idea each; with the reason where open numbers explain it."""
         if self.explained is not None:
+            nor = "" if self.supports else (
+                f" Nor does it support {joined(self.names)}: the base model misses these recordings less."
+            )  # fmt: skip
             return (
                 f"Recordings that were not fitted are missed by {self._times} their noise (reduced "
                 f"chi-square {number(self.reduced_chi2)}, where noise alone would leave "
                 f"{number(self.noise, '.2g')}). This does not contradict the model: its numbers are "
                 f"uncertain, and other values within their errors leave {number(self.explained, '.2g')} "
-                "there."
+                f"there.{nor}"
             )
         among = "recordings that were not fitted" if self.held_out else "fitted recordings"
         leaves = number(self.noise, ".2g")
