@@ -6,7 +6,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from linear_world import CONSTANT, DELAY, World, fast, smooth, tubes
+from linear_world import ANOTHER, CONSTANT, DELAY, World, fast, smooth, tubes
 
 from fitting.diagnose.fit.base_fit import base_fit
 from fitting.diagnose.search.explain import explain
@@ -17,6 +17,7 @@ from fitting.diagnose.verdict.left import Left, left_of
 from fitting.diagnose.verdict.regime import regime_of
 from fitting.diagnose.verdict.text import unexplained, verdict_sentences
 from fitting.report.diagnosis.payload import content
+from pneusma_jax.effects import CATALOGUE
 
 
 def judged(rng, where=None, size=3.0, rows=160, recordings=4):
@@ -172,6 +173,34 @@ def test_what_open_numbers_leave_is_said_and_speaks_against_no_name():
     assert found.open and found.trusted and found.reduced_chi2 == 28.0
     assert "missed by 5.3 times their noise (reduced chi-square 28, where noise alone would leave" in found.text
     assert "This does not contradict the model: its numbers are uncertain" in found.text
+
+
+@pytest.mark.parametrize(("apart", "supported"), [(0.3, True), (0.03, False)])
+def test_a_name_is_tentative_that_no_value_outside_the_fit_supports(monkeypatch, apart, supported):
+    """Each of two recordings tells one sum of two strengths, and the other by `apart` only.
+
+    Left out in turn each is missed more than by the base model. The open strengths excuse that, but do not support it.
+    """
+    monkeypatch.setattr(CATALOGUE[ANOTHER], "lookalike", "")  # which would stand beside it
+    rng = np.random.default_rng(0)
+    base = smooth(rng, 2, 60, 1)
+    v, w = rng.standard_normal((2, 2, 60))
+    first, second = (np.stack([v, v]) + apart * np.stack([w, -w]) for v, w in ((v[0], w[0]), (w[1], v[1])))
+    second[1] -= 2.0 * w[1]
+    world = World(base, {CONSTANT: rng.standard_normal((2, 60, 1)), ANOTHER: np.moveaxis(np.stack([first, second]), 1, 2)})
+    y = world.truth(np.random.default_rng(3), (0.3,), **{ANOTHER: (3.0, 0.5)})
+    found = conclude(explain(world.program(y), np.random.default_rng(1)))
+    name, *beside = found.found
+    assert name.slug == ANOTHER and name.tentative is not supported
+    assert (found.after.reduced_chi2 < found.before.reduced_chi2) is supported
+    if supported:
+        assert not beside and found.left is None
+        return
+    (other,) = beside
+    assert name.probability <= DEFAULT.probability.tentative and 0.25 <= other.probability <= 0.35
+    assert other.slug == "unmodelled" and "nothing outside the fit supports it" in other.text
+    assert found.left.open and f"Nor does it support {ANOTHER}: the base model misses these" in found.left.text
+    assert verdict_sentences(found)[0].startswith(f"The base model perhaps leaves out {ANOTHER}")
 
 
 @pytest.mark.parametrize("turns", [False, True])

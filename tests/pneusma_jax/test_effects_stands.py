@@ -2,6 +2,7 @@
 
 import dataclasses
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
@@ -9,6 +10,7 @@ from effect_programs import AREA, GAUGE, PROTOCOLS, ROWS, TIME, UP_AND_DOWN, see
 from scipy.optimize import brentq
 
 import pneusma_jax as pj
+from pneusma_jax.effects.sensors import ahead
 
 UP = slice(0, 16)  # the first rise of UP_AND_DOWN
 DOWN = slice(17, 30)
@@ -277,6 +279,37 @@ def test_a_wire_heats_along_another_branch_than_it_cools():
     phase = lambda t: np.asarray(wire.martensite_fraction_at(t))  # noqa: E731
     np.testing.assert_allclose(found["true_xi0"][12:23], phase(temperature[12:23]), rtol=1e-9)
     np.testing.assert_allclose(found["true_xi0"][35:], phase(temperature[35:] - 12.0), rtol=1e-9)
+
+
+@pytest.mark.parametrize("lag", [0.9, 3.0])
+def test_a_wire_is_warmer_than_its_thermometer_while_that_rises(lag):
+    """A first-order follower, in closed form on both ramps, tells the wire's temperature some lags after a turn."""
+    wire, rate = specimen("W"), 80.0 / 47.0
+    temperature = 80.0 - rate * TIME
+    behind = rate * lag * (1.0 - np.exp(-TIME / lag))
+    up = TIME - 47.0
+    rising = rate * up + np.exp(-np.maximum(up, 0.0) / lag) * (behind[-1] + rate * lag) - rate * lag
+    read = np.where(up < 0.0, temperature + behind, rising)
+    drive = dict(temperature=read, stress=np.full(ROWS, 80e6))
+    found = seen("W", {"channel_lag.delay_temperature": lag}, **drive)["true_xi0"]
+    wanted = np.asarray(wire.martensite_fraction_at(np.abs(temperature)))
+    assert np.max(np.abs(without("W", **drive)["true_xi0"] - wanted)) > 0.05 * lag
+    np.testing.assert_allclose(found, wanted, atol=0.01 * lag)
+    late = (np.abs(up) > 8.0 * lag) & (TIME > 8.0 * lag)
+    np.testing.assert_allclose(found[late], wanted[late], rtol=2e-3)
+
+
+def test_time_that_stands_still_tells_a_thermometer_nothing():
+    run = jax.jit(lambda t, x, lag: jax.jvp(lambda lag: ahead(t, x, lag), (lag,), (1.0,)))
+    time, course = np.array([0.0, 1.0, 1.0, 3.0, 4.0, 4.0]), np.array([20.0, 22.0, 22.0, 25.0, 24.0, 24.0])
+    once, among = [0, 1, 3, 4, 4, 4], [0, 1, 1, 2, 3, 3]
+    for lag in (0.0, 0.5, 6.0):
+        found, slope = (np.asarray(x) for x in run(time, course, lag))
+        for one, single in zip((found, slope), run(time[once], course[once], lag), strict=True):
+            np.testing.assert_allclose(one, np.asarray(single)[among], rtol=1e-12)
+        assert np.array_equal(found, course) is (lag == 0.0)
+        assert lag > 0.0 or np.allclose(slope, [2.0, 1.75, 1.75, 0.25, -1.0, -1.0])
+    assert np.array_equal(run(np.ones(6), np.ones(6), 2.0)[0], np.ones(6))
 
 
 def test_stress_raises_the_temperature_of_a_wire():
