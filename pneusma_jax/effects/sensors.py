@@ -1,5 +1,6 @@
 """Effects of the instruments: differences between recorded and true quantities."""
 
+from collections.abc import Mapping
 from typing import Any, ClassVar
 
 import equinox as eqx
@@ -203,6 +204,9 @@ class ChannelLag(Effect):
     component: ClassVar[str] = "sensor"
     kinds: ClassVar[str] = "ASWET"
     sentence: ClassVar[str] = "One recorded channel runs late against the others."
+    sentences: ClassVar[Mapping[str, str]] = {
+        "W": "One recorded channel runs late against the others, or the thermometer lags behind the wire."
+    }
     literature: ClassVar[str] = "pure delay between data acquisition channels"
     specs: ClassVar[dict[str, Spec]] = {
         "delay": Spec(0.0, 0.0, 3.0, 0.3, "s", "delay of the camera, the force or the length"),
