@@ -12,7 +12,7 @@ from ..pipeline import Effect, Known
 from ._spec import Spec
 
 UP = (0.0, 1.0)  # Direction of the plane of sides 1 and 2
-ELEMENTS = 3
+ELEMENTS = 5
 """Number of elastic-slip elements of the wrapping's friction."""
 
 
@@ -76,7 +76,7 @@ class WrapFriction(Effect):
         "constant": Spec(0.0, 0.0, 2e-3, 2e-4, "N m", "friction moment without pressure"),
         "per_pressure": Spec(0.0, 0.0, 5e-8, 5e-9, "N m/Pa", "friction moment per pressure"),
         "slip": Spec(0.1, 0.02, 0.8, 0.1, "rad", "bend over which the friction builds up", True),
-        "spread": Spec(0.5, 0.0, 1.2, 0.5, "1", "spread of the elements' slips", True),
+        "spread": Spec(0.5, 0.0, 2.2, 0.5, "1", "spread of the elements' slips", True),
         "begun": Spec(0.0, -1.0, 1.0, 1.0, "1", "friction in the first row, of that on the way there", True),
     }
 

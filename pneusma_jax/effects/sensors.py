@@ -35,7 +35,10 @@ class PressureCalibration(Effect):
 
 
 class PressureLag(Effect):
-    """The chamber follows the recorded pressure through a restriction; tau [s], laminar [Pa].
+    """The chamber follows the recorded pressure through a restriction; tau [s], laminar [Pa], line [1].
+
+    A volume before the restriction, such as a filter or a long tube, may itself follow the sensor. Its time
+    constant is `line` times `tau`. So two lags act in a row.
 
     Small pressure differences x drive a laminar flow, in proportion: a first-order lag. Large ones drive that
     of an orifice, as the root of the difference. The law is `dx/dt = -x / (tau s)` with s = 1 at x = DROP and
@@ -44,6 +47,7 @@ class PressureLag(Effect):
 
     tau: Array = eqx.field(converter=jnp.asarray, default=0.0)
     laminar: Array = eqx.field(converter=jnp.asarray, default=1e4)
+    line: Array = eqx.field(converter=jnp.asarray, default=0.0)
 
     slug: ClassVar[str] = "pressure_lag"
     by_rate: ClassVar[bool] = True
@@ -55,37 +59,43 @@ class PressureLag(Effect):
     specs: ClassVar[dict[str, Spec]] = {
         "tau": Spec(0.0, 0.0, 5.0, 0.3, "s", "time constant of the supply line at a drop of 1 kPa"),
         "laminar": Spec(1e4, 1.0, 1e6, 1e4, "Pa", "drop of pressure to which the flow is laminar", True),
+        "line": Spec(0.0, 0.0, 1.0, 0.3, "1", "time constant of a volume before, over that", True),
     }
 
-    def begin(self, at: Known) -> tuple[Array, Array]:
-        """Recorded pressure and the chamber's excess over it, zero at the first row."""
-        return at["pressure"], jnp.zeros(())
+    def begin(self, at: Known) -> tuple[Array, Array, Array]:
+        """Recorded pressure, and the excesses below, zero at the first row."""
+        return at["pressure"], jnp.zeros(()), jnp.zeros(())
 
-    def _excess(self, at: Known, memory: tuple[Array, Array]) -> Array:
-        """Excess of the chamber over the sensor, for a recorded pressure that is linear over a row.
+    def _excess(self, at: Known, memory: tuple[Array, Array, Array]) -> tuple[Array, Array]:
+        """Excess of the chamber over the line, and of the line over the sensor.
+
+        The recorded pressure is linear over a row.
 
         Each part of a row is exact for the time constant of its middle. The slope over tau at tau = 0 is
         minus the pressure's rate, so a score test can detect the effect.
         """
-        before, excess = memory
+        before, excess, ahead = memory
         interval, rise = at["interval"] / PARTS, (at["recorded_pressure"] - before) / PARTS
         tau = jnp.where(self.tau >= 0.0, self.tau, 0.0)
         for _ in range(PARTS):
-            middle = _lagged_excess(excess, 0.5 * interval, 0.5 * rise, tau * self._time_factor(excess))
-            excess = _lagged_excess(excess, interval, rise, tau * self._time_factor(middle))
-        return excess
+            then = _lagged_excess(ahead, interval, rise, tau * self.line)
+            risen, ahead = rise + then - ahead, then  # of the line, taken as linear over a part
+            middle = _lagged_excess(excess, 0.5 * interval, 0.5 * risen, tau * self._time_factor(excess))
+            excess = _lagged_excess(excess, interval, risen, tau * self._time_factor(middle))
+        return excess, ahead
 
     def _time_factor(self, excess: Array) -> Array:
         """Factor on the time constant at a drop of pressure [Pa]."""
         return ((self.laminar**2 + excess**2) / (self.laminar**2 + DROP**2)) ** 0.25
 
-    def pressure(self, value: Array, at: Known, memory: tuple[Array, Array]) -> Array:
+    def pressure(self, value: Array, at: Known, memory: tuple[Array, Array, Array]) -> Array:
         """See `Effect.pressure`."""
-        return value + self._excess(at, memory)
+        excess, ahead = self._excess(at, memory)
+        return value + excess + ahead
 
-    def remember(self, memory: tuple[Array, Array], at: Known) -> tuple[Array, Array]:
-        """Recorded pressure, and the chamber's excess over it."""
-        return at["recorded_pressure"], self._excess(at, memory)
+    def remember(self, memory: tuple[Array, Array, Array], at: Known) -> tuple[Array, Array, Array]:
+        """Recorded pressure, and both excesses after the row."""
+        return at["recorded_pressure"], *self._excess(at, memory)
 
 
 PARTS = 4

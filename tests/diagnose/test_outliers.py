@@ -1,6 +1,7 @@
 """Readings that stand apart from their neighbours are no physics; what steps, bends or lags is not set aside."""
 
 import dataclasses
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -8,6 +9,7 @@ from diagnosis_coupons import NOISE, curve, write
 
 from fitting.data.recordings import Recording, Reduction, read_campaign
 from fitting.diagnose import diagnose
+from fitting.diagnose.fit import base_fit
 from fitting.diagnose.fit.outliers import Outliers, among_readings, outliers_of
 from fitting.inference.channels import Channel
 
@@ -15,8 +17,9 @@ ROWS, SIGMA = 400, 0.1
 TIME = np.arange(float(ROWS))
 
 
-def apart(measured, predicted, sigma=SIGMA):
-    rows, far = outliers_of(Channel("force", measured, np.full(ROWS, sigma), 0.0), predicted)
+def apart(measured, predicted, sigma=SIGMA, clock=TIME):
+    channel = Channel("force", measured, np.full(len(measured), sigma), 0.0)
+    rows, far = outliers_of(channel, predicted, clock)
     return rows.tolist(), far
 
 
@@ -55,6 +58,33 @@ def test_what_goes_with_a_load_does_not_where_it_turns():
     """One row is at the largest strain, and those beside it are not."""
     load = 5.0 * np.abs(TIME - 200.0)
     assert apart(load + 3.0 * (load < 2.0) + noise(), load)[0] == []
+
+
+def test_a_row_that_the_logger_left_out_is_no_bend_of_the_model():
+    there = np.arange(ROWS) != 52  # two rows on, so the ramp rises by twice as much there
+    measured, ramp = 6.0 * TIME + noise(), 6.0 * TIME
+    measured[51] += 12.0 * SIGMA
+    assert apart(measured[there], ramp[there], SIGMA, TIME[there])[0] == [51]
+    assert apart(measured[there], ramp[there], SIGMA, np.zeros(ROWS - 1))[0] == []  # a clock that stands still
+
+
+def test_outliers_are_looked_for_again_under_the_noise_that_is_found(monkeypatch):
+    """The first estimate of a noise that nobody states has the outliers in it."""
+
+    class Known:
+        def __init__(self, sigma, outliers=()):
+            self.sigma, self.outliers, self.process_noise = sigma, outliers, np.zeros((1, 0))
+
+        def prepared(self, *_):
+            return self
+
+    found = {"without_outliers": lambda p, _: Known(p.sigma, (1,) if p.sigma < 0.1 else p.outliers),
+             "with_noise_of": lambda p, _: Known(0.05, p.outliers)}  # fmt: skip
+    for name, instead in found.items():
+        monkeypatch.setattr(base_fit, name, instead)
+    fit = SimpleNamespace(u=np.zeros(1), evaluation=None)
+    monkeypatch.setattr(base_fit, "Refitter", lambda _: SimpleNamespace(fit=lambda *_: fit))
+    assert base_fit.fit_with_noise(Known(0.2), fit)[0].outliers == (1,)
 
 
 def test_noise_that_is_larger_than_stated_does_not():

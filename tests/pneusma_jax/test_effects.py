@@ -2,9 +2,12 @@
 
 import re
 
+import jax
+import jax.numpy as jnp
 import numpy as np
 import pytest
 from effect_programs import built, names, program, run, without
+from scipy.integrate import solve_ivp
 
 import pneusma_jax as pj
 from pneusma_jax.effects import CATALOGUE, Effect, find_effect, register, specs_of
@@ -131,6 +134,39 @@ def test_a_tube_rubs_as_it_lengthens():
     effect = CATALOGUE["wrap_friction"]
     assert "bending" in effect.sentence_for("A") and "lengthens" in effect.sentence_for("T")
     assert "lengthening" in specs_of(effect, "T")["slip"].text and "bend" in specs_of(effect, "A")["slip"].text
+
+
+def test_a_volume_before_the_restriction_is_a_second_lag():
+    """The chamber of two lags in a row answers a ramp that ends, as a solver of the two equations says."""
+    time, taus = np.linspace(0.0, 4.0, 41), (0.6, 0.3)
+    pressure = np.minimum(20e3 * time, 20e3)
+    lag = find_effect("pressure_lag")(tau=0.6, laminar=1e9, line=0.5)
+    chamber, memory = [], lag.begin(Known({"pressure": jnp.zeros(())}))
+    step = jax.jit(lambda at, memory: (lag.pressure(at["recorded_pressure"], at, memory), lag.remember(memory, at)))
+    for value, interval in zip(pressure, np.diff(time, prepend=0.0), strict=True):
+        now, memory = step({"recorded_pressure": value, "interval": interval}, memory)
+        chamber.append(float(now))
+
+    def follow(t, p):
+        return [(min(20e3 * t, 20e3) - p[0]) / taus[1], (p[0] - p[1]) / taus[0]]
+
+    exact = solve_ivp(follow, (0.0, 4.0), [0.0, 0.0], t_eval=time, max_step=0.05).y[1]
+    np.testing.assert_allclose(chamber, exact, atol=20.0)  # of 20 kPa; one lag of 0.9 s is off by 1.5 kPa
+    one = 20e3 * (time - 0.9 * (1.0 - np.exp(-time / 0.9)))
+    assert np.abs(one - exact)[time <= 1.0].max() > 1e3
+
+
+def test_the_slips_of_a_wrapping_may_differ_a_hundredfold():
+    """Friction builds up with the logarithm of the way then, within a tenth of its limit."""
+    widest = specs_of(CATALOGUE["wrap_friction"], "T")["spread"].high
+    friction = find_effect("wrap_friction")(slip=0.1, spread=widest, begun=1.0)
+    assert np.exp(2.0 * widest) > 50.0
+    ways = np.geomspace(2e-3, 2.0, 40)
+    first = friction.begin(Known({}))
+    built = [float(np.mean(np.asarray(friction._states(jnp.asarray(way), first)))) for way in ways]
+    slips = 0.1 * np.exp(widest * np.linspace(-1.0, 1.0, 2001))
+    smooth = [float(np.mean(np.minimum(way / slips, 1.0))) for way in ways]
+    np.testing.assert_allclose(built, smooth, atol=0.1)
 
 
 def test_an_instrument_that_a_specimen_lacks_reads_nothing():

@@ -160,8 +160,8 @@ def _elsewhere(program: Program, fit: Fit, stuck: bool) -> list[np.ndarray]:
 
 def fit_with_noise(program: Program, fit: Fit) -> tuple[Program, Fit]:
     """The program with the noise about a base model, without outliers, and the base fit with both."""
-    program = without_outliers(program, fit.evaluation)
     for _ in range(BASE_FIT.noise_rounds):
+        program = without_outliers(program, fit.evaluation)  # under the noise that is known so far
         program = with_noise_of(program, fit.evaluation).prepared(fit.u, fit.evaluation)
         if program.process_noise.shape[1]:
             program.count_input_noise(fit.u)

@@ -66,13 +66,15 @@ def without_outliers(program: Program, here: Evaluation) -> Program:
         for j, channel in enumerate(program.channels[k]):
             if program.follows(channel.quantity):
                 continue
-            rows, far = outliers_of(channel, here.predicted[k][j])
+            clock = np.asarray(program.stacked.time)[k]
+            rows, far = outliers_of(channel, here.predicted[k][j], clock)
             if len(recording) == np.asarray(program.stacked.mask)[k].sum():
                 rows = among_readings(recording, channel, rows)
             if not rows.size:
                 continue
-            times = np.asarray(program.stacked.time)[k][rows]
-            found.append(Outliers(recording.name, channel.quantity, tuple(float(t) for t in times), far))
+            found.append(
+                Outliers(recording.name, channel.quantity, tuple(float(t) for t in clock[rows]), far)
+            )
             for kept in (bare, channels):
                 sigma = kept[k][j].sigma.copy()
                 sigma[rows] = np.inf
@@ -104,19 +106,22 @@ def among_readings(recording: Recording, channel: Channel, rows: np.ndarray) -> 
     ]
 
 
-def outliers_of(channel: Channel, predicted: np.ndarray) -> tuple[np.ndarray, float]:
+def outliers_of(
+    channel: Channel, predicted: np.ndarray, clock: np.ndarray
+) -> tuple[np.ndarray, float]:
     """Rows of a channel that are outliers, and the distance of the farthest one, in 1-sigmas.
 
     Args:
         channel: channel of one recording.
         predicted: predictions of a fitted model, SI, (rows,), NaN where it has no answer.
+        clock: times of the rows [s] (numbers of rows without a clock), (rows,). A missing row is no bend.
     """
     there = np.flatnonzero(np.isfinite(channel.sigma) & np.isfinite(predicted))
     if len(there) < VALUES.minimum:
         return there[:0], 0.0
     sigma, curve = channel.sigma[there], predicted[there]
     far, apart = _beside((channel.measured[there] - curve) / sigma)
-    bends = np.pad(np.abs(np.diff(curve, 2)), 2) / np.pad(sigma, 1, "edge")
+    bends = np.pad(_bends(curve, clock[there]), 2) / np.pad(sigma, 1, "edge")
     bends = np.lib.stride_tricks.sliding_window_view(bends, 3).max(axis=1)
     usual = max(1.0, np.median(far) / GAUSSIAN_MAD)
     odd = far > CHANCE.outlier * usual
@@ -124,6 +129,17 @@ def outliers_of(channel: Channel, predicted: np.ndarray) -> tuple[np.ndarray, fl
     if not odd.any() or odd.sum() > max(SHARE.outliers * len(there), 1.0):
         return there[:0], 0.0
     return there[odd], float(far[odd].max())
+
+
+def _bends(curve: np.ndarray, clock: np.ndarray) -> np.ndarray:
+    """How far a curve bends at every row but the first and the last: its second difference at equal steps.
+
+    Elsewhere it is twice the distance from the line through the rows on both sides.
+    """
+    before, after = np.diff(clock)[:-1], np.diff(clock)[1:]
+    both = before + after
+    share = np.where(both > 0.0, before / np.where(both > 0.0, both, 1.0), 0.5)
+    return np.abs(2.0 * ((1.0 - share) * curve[:-2] + share * curve[2:] - curve[1:-1]))
 
 
 def _beside(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
