@@ -10,8 +10,10 @@ from fitting.diagnose.fit.refit import Refitter
 from fitting.diagnose.search.explain import explain
 from fitting.diagnose.search.steps import Explanation, Named
 from fitting.diagnose.settings import DEFAULT
+from fitting.diagnose.verdict import turns
 from fitting.diagnose.verdict.text import verdict_sentences
 from fitting.diagnose.verdict.turns import TriedTurns, common_rows, weighed, with_turns
+from fitting.inference.channels import Channel
 from fitting.report.diagnosis.payload import content
 
 ADDED = 20
@@ -252,3 +254,20 @@ def test_rows_of_a_clock_that_stands_still_are_told_apart():
     time[1, 10:13] = time[1, 10]
     plain = replace(plain, stacked=replace(plain.stacked, time=time))
     assert all(np.array_equal(rows, np.arange(y.shape[1])) for rows in common_rows(plain, plain, 1))
+
+
+@pytest.mark.parametrize("correlation", [0.6, np.linspace(0.3, 0.7, 30)])
+def test_turning_points_between_rows_do_not_change_what_readings_of_no_memory_are_worth(correlation):
+    """They have no readings, so errors on both sides of one are parted, in either program."""
+    rng, added = np.random.default_rng(4), np.array([7, 20])
+    missed, rows = rng.standard_normal(30), np.setdiff1d(np.arange(32), added)
+    wide = np.zeros(32)
+    wide[rows] = missed
+    sigma = np.full(32, np.inf)
+    sigma[rows] = 0.5
+    turned = Channel("stress", wide, sigma, turns._parted(correlation, rows, np.arange(30), 32))
+    back = turns._parted(turned.correlation, np.arange(30), rows, 30)
+    plain = Channel("stress", missed, np.full(30, 0.5), back)
+    np.testing.assert_allclose(plain.whitened(missed), turned.whitened(wide)[rows], atol=1e-12)
+    chain = Channel("stress", missed, np.full(30, 0.5), correlation).whitened(missed)
+    assert np.flatnonzero(np.abs(chain - plain.whitened(missed)) > 0.01).tolist() == [7, 19]

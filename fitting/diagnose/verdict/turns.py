@@ -67,11 +67,13 @@ class TriedTurns:
     Attributes:
         plain: search on the campaign without them.
         program: the campaign with them, under the noise of that search.
+        other: the campaign without them, whose errors correlate where those of `program` do.
         alone: base model with them.
     """
 
     plain: Explanation
     program: Program
+    other: Program
     alone: Fit
 
     @classmethod
@@ -80,14 +82,21 @@ class TriedTurns:
         program = _under_noise_of(
             replace(turned, fitted=plain.program.fitted), plain.program, plain.final
         )
+        other = plain.program
+        if _parts_correlated(other, program):
+            other = _under_noise_of(other, program, plain.final, plain.final.evaluation)
         # the base model's constants may have given way to what turning points do
         fits = (Refitter(program).fit((), start) for start in (plain.base.u, None))
-        return cls(plain, program, min(fits, key=lambda fit: fit.objective))
+        return cls(plain, program, other, min(fits, key=lambda fit: fit.objective))
+
+    def _without(self, fit: Fit) -> Fit:
+        """A fit of the search without them, as its errors correlate in `other`."""
+        return fit if self.other is self.plain.program else Refitter(self.other).fit(fit.slugs, fit.u)
 
     @property
     def help_base(self) -> bool:
         """True if the base model fits clearly better with them."""
-        return bool(clearly_better(self.program, self.plain.base, self.alone))
+        return bool(clearly_better(self.program, self._without(self.plain.base), self.alone))
 
     def matter(self) -> bool:
         """True if they may explain what the effects that were named do not, or as well.
@@ -95,18 +104,20 @@ class TriedTurns:
         They are tried beside all of these effects, in the place of each, and in the place of all. Each time
         they are weighed against what they replace, over the model without either.
         """
-        plain, named = self.plain, self.plain.final
-        if not named.slugs:
+        plain = self.plain
+        if not plain.final.slugs:
             return True
+        named = self._without(plain.final)
         whole = Refitter(self.program).fit(named.slugs, named.u)
-        if _compared(self.program, whole, plain.program, named, named).turns_lead:
+        if _compared(self.program, whole, self.other, named, named).turns_lead:
             return True
         rests = [
-            (without(self.program, whole, slug), plain.named.leave_one_out[slug].base) for slug in named.slugs
+            (without(self.program, whole, slug), self._without(plain.named.leave_one_out[slug].base))
+            for slug in named.slugs
         ]
         return not all(
-            _compared(self.program, drives, plain.program, rest, named).effects_lead
-            for drives, rest in [*rests, (self.alone, plain.base)]
+            _compared(self.program, drives, self.other, rest, named).effects_lead
+            for drives, rest in [*rests, (self.alone, self._without(plain.base))]
         )
 
 
@@ -223,10 +234,42 @@ def _under_noise_of(program: Program, other: Program, fit: Fit, near: Evaluation
         for channel, known in zip(channels, other.bare[k], strict=True):
             sigma = np.full(len(channel.sigma), np.inf)
             sigma[mine] = known.sigma[theirs]
-            bare[-1].append(replace(channel, sigma=sigma, correlation=known.correlation))
+            correlation = _parted(known.correlation, mine, theirs, len(sigma))
+            bare[-1].append(replace(channel, sigma=sigma, correlation=correlation))
     program = replace(program, bare=bare, channels=bare)
     program.count_input_noise(fit.u)
     return program.prepared(fit.u, near)
+
+
+def _parted(
+    correlation: float | np.ndarray, mine: np.ndarray, theirs: np.ndarray, size: int
+) -> float | np.ndarray:
+    """Correlation of neighbouring errors in a program, of `size` rows, that has fewer rows than another one.
+
+    A row without a reading parts the errors of the other program on its two sides. They are parted here, too.
+    Else the same misfit would count differently in both, whatever the drive does in that row.
+
+    Args:
+        correlation: that of the other program, one number or one a row.
+        mine, theirs: rows that both have, see `common_rows`.
+    """
+    parted = mine[1:][np.diff(theirs) > 1]
+    if not parted.size and np.ndim(correlation) == 0:
+        return correlation
+    found = np.zeros(size)
+    found[mine] = correlation if np.ndim(correlation) == 0 else np.asarray(correlation)[theirs]
+    found[parted] = 0.0
+    return found
+
+
+def _parts_correlated(program: Program, turned: Program) -> bool:
+    """True if rows of a program with turning points part errors that correlate in the one without."""
+    for k, channels in enumerate(program.bare):
+        mine, theirs = common_rows(program, turned, k)
+        parted = mine[1:][np.diff(theirs) > 1]
+        if parted.size and any(np.any(np.asarray(one.correlation) != 0.0) for one in channels):
+            return True
+    return False
 
 
 def common_rows(one: Program, other: Program, k: int) -> tuple[np.ndarray, np.ndarray]:
