@@ -7,7 +7,9 @@ recordings gain outweighs a faint loss there, but no clear one. A further effect
 what the others leave. For the imperfect form of a true effect leaves a remainder, which another effect fits
 in part. It must remove a share of the whole misfit, too, unless the set leaves no more than noise. Where the
 others leave about noise, it must explain 0.25 % of the evidence. A form that is right to 5 % of its size
-leaves as much. Only the strongest effect may end at a bound, unless the set leaves no more than noise.
+leaves as much. Neither is asked of an effect with which base constants come back that else lie far from
+nominal: a remainder of misfit does not tell where they belong. Only the strongest effect may end at a bound,
+unless the set leaves no more than noise.
 
 A set of which no part would be named alone must explain the misfit down to the noise, or nearly all of it.
 Otherwise it is named only before a set of less evidence that leaves more. So is one with a further effect at
@@ -25,7 +27,7 @@ from ..fit.evidence import evidence, inflation_of, log_likelihood
 from ..fit.instrument_drift import instrument_parts
 from ..fit.misfit import floor, limit_of, reduced, spread
 from ..fit.prediction import Loss, negative_log_predictive_density, predictive_chi_square
-from ..fit.refit import Fit, at_its_bound
+from ..fit.refit import Fit, at_its_bound, largest_deviation
 from ..settings import DEFAULT
 from .pool import Pool
 
@@ -158,6 +160,8 @@ class Judge:
     def _needless(self, rest: Fit, fit: Fit, worth: float) -> bool:
         """True if an effect explains next to nothing of the misfit, and about noise is left without it."""
         program, base = self.pool.program, self.pool.base
+        if brings_back(program, rest, fit):
+            return False
         if rest is base or worth >= SHARE.small**2 * evidence(
             program, base, fit, inflation_of(program, fit)
         ):
@@ -169,6 +173,8 @@ class Judge:
     def _small(self, rest: Fit, fit: Fit, gained: float, share: float) -> bool:
         """True if an effect removes only a small share of what the others leave, and of the whole misfit."""
         program, base = self.pool.program, self.pool.base
+        if brings_back(program, rest, fit):
+            return False
         before, after, whole = (reduced(program, f, program.fitted) for f in (rest, fit, base))
         by_chance = whole - 1.0 < CHANCE.deviations * spread(program, program.fitted)
         taken = 0.0 if by_chance else (before - after) / (whole - 1.0)
@@ -209,6 +215,12 @@ class Judge:
             predictive_chi_square(program, base, unseen) > limit_of(program, unseen)
         )
         return leaves_more(program, fit, np.nan if whole else float(self.scores(fit).sum()))
+
+
+def brings_back(program: Program, rest: Fit, fit: Fit) -> bool:
+    """True if base constants lie farther from nominal than chance puts them, and with an effect none does."""
+    far, near = (largest_deviation(program.unknowns, one) for one in (rest, fit))
+    return far > CHANCE.deviations >= near
 
 
 def kept_of(program: Program, base: Fit, fit: Fit) -> float:
