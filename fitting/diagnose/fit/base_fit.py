@@ -109,12 +109,12 @@ def with_hot_tests_at_rest(program: Program, fit: Fit) -> tuple[Program, Fit]:
         before, after = (float(np.sum(one.evaluation.misfit[k] ** 2)) for one in (fit, other))
         elsewhere = 2.0 * (other.objective - fit.objective) - (after - before)
         count = sum(channel.count for channel in program.channels[k])
-        if _by_chance(after, count) and _by_chance(elsewhere, len(program.unknowns.base)):
+        if by_chance(after, count) and by_chance(elsewhere, len(program.unknowns.base)):
             program, fit = trial, other
     return program, fit
 
 
-def _by_chance(chi_square: float, count: int) -> bool:
+def by_chance(chi_square: float, count: int) -> bool:
     """True if noise makes such a chi-square of so many values, or of so many constants that moved."""
     return chi_square <= count + CHANCE.deviations * np.sqrt(2.0 * count)
 

@@ -22,12 +22,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..evaluate.program import Program
+from ..fit.base_fit import by_chance
 from ..fit.cross_validation import HeldOutScores, gain
 from ..fit.evidence import evidence, inflation_of, log_likelihood
 from ..fit.instrument_drift import instrument_parts
 from ..fit.misfit import floor, limit_of, reduced, spread
 from ..fit.prediction import Loss, negative_log_predictive_density, predictive_chi_square
-from ..fit.refit import Fit, at_its_bound, largest_deviation
+from ..fit.refit import Fit, at_its_bound
 from ..settings import DEFAULT
 from .pool import Pool
 
@@ -218,9 +219,13 @@ class Judge:
 
 
 def brings_back(program: Program, rest: Fit, fit: Fit) -> bool:
-    """True if base constants lie farther from nominal than chance puts them, and with an effect none does."""
-    far, near = (largest_deviation(program.unknowns, one) for one in (rest, fit))
-    return far > CHANCE.deviations >= near
+    """True if base constants lie farther from nominal than chance puts them, and with an effect they do not.
+
+    All of them count together: their squares are those of as many errors.
+    """
+    base = program.unknowns.base
+    far, near = (float(one.u[base] @ one.u[base]) for one in (rest, fit))
+    return by_chance(near, len(base)) and not by_chance(far, len(base))
 
 
 def kept_of(program: Program, base: Fit, fit: Fit) -> float:
