@@ -69,16 +69,18 @@ def test_a_small_second_effect_is_named_where_nothing_else_is_left():
     assert conclusion.left is None
 
 
-@pytest.mark.parametrize(("along", "named"), [(1.0, {CONSTANT, DELAY}), (0.0, {CONSTANT})])
-def test_a_small_second_effect_is_named_beside_an_imperfect_form_where_it_brings_the_base_back(along, named):
+@pytest.mark.parametrize(("along", "own", "named"), [(1.0, 0.15, {CONSTANT, DELAY}), (0.0, 0.24, {CONSTANT})])
+def test_a_small_second_effect_is_named_beside_an_imperfect_form_where_it_brings_the_base_back(along, own, named):
     """Without it a base constant ends at its bound. What the form leaves could be fitted by chance."""
     rng, world = np.random.default_rng(4), fast()
-    world.effects[DELAY][:] = along * world.base[..., :1] + 0.15 * world.effects[DELAY]
+    world.effects[DELAY][:] = along * world.base[..., :1] + own * world.effects[DELAY]
     imperfect = 0.9 * rng.standard_normal(world.base.shape[:2])
     conclusion = conclude(searched(world, world.truth(rng, **{CONSTANT: 4.8, DELAY: 5.0}) + imperfect))
     assert {f.slug for f in conclusion.found} - {"unmodelled"} == named
     u = conclusion.explanation.final.u
     assert (np.abs(u[0]) < 1.0) and u[2] == pytest.approx(4.8, abs=0.5)
+    told = [note for note in conclusion.notes if note.startswith(f"{DELAY} beside {CONSTANT} would explain most")]
+    assert len(told) == (DELAY not in named)  # where it is refused, a note says so
 
 
 def test_the_base_is_scored_where_only_a_pair_explains():

@@ -38,8 +38,9 @@ EVIDENCE = DEFAULT.evidence
 EXCESS = DEFAULT.excess
 SHARE = DEFAULT.share
 
-LITTLE, BOUND, UNSEEN, LEFT_OUT, SMALL, FORM, INSTRUMENTS, REMAINS, BOUND_REMAINS = (
-    "too little evidence", "at a bound", "validation recordings", "left-out recordings", "a small share",
+LITTLE, BOUND, UNSEEN, LEFT_OUT, SMALL, OF_ALL, FORM, INSTRUMENTS, REMAINS, BOUND_REMAINS = (
+    "too little evidence", "at a bound", "validation recordings", "left-out recordings",
+    "a small share of what is left", "a small share of the misfit",
     "less than a form is known by", "instruments explain it", "more than noise remains",
     "at a bound, and more than noise remains",
 )  # fmt: skip
@@ -145,8 +146,9 @@ class Judge:
             gained, share = gain(self.scores(rest), self.scores(fit))
             if log_likelihood(program, gained, inflation) < EVIDENCE.minimum_difference:
                 return LEFT_OUT
-            if not single and self._small(rest, fit, gained, share):
-                return SMALL
+            small = None if single else self._small(rest, fit, gained, share)
+            if small is not None:
+                return small
             if loses(program, rest, fit, gained, inflation):
                 return UNSEEN
         for slug, rest in rests.items():
@@ -171,22 +173,26 @@ class Judge:
         left = max(predictive_chi_square(program, rest, mask) - floor(program, rest, mask) for mask in masks)
         return left <= EXCESS.little
 
-    def _small(self, rest: Fit, fit: Fit, gained: float, share: float) -> bool:
-        """True if an effect removes only a small share of what the others leave, and of the whole misfit."""
+    def _small(self, rest: Fit, fit: Fit, gained: float, share: float) -> str | None:
+        """Why a further effect is refused that removes a small share only; None if it does not.
+
+        It must remove most of what the others leave, or much of the whole misfit; and a share of that.
+        """
         program, base = self.pool.program, self.pool.base
         if brings_back(program, rest, fit):
-            return False
+            return None
         before, after, whole = (reduced(program, f, program.fitted) for f in (rest, fit, base))
-        by_chance = whole - 1.0 < CHANCE.deviations * spread(program, program.fitted)
-        taken = 0.0 if by_chance else (before - after) / (whole - 1.0)
+        faint = whole - 1.0 < CHANCE.deviations * spread(program, program.fitted)
+        taken = 0.0 if faint else (before - after) / (whole - 1.0)
         if taken >= SHARE.minor:
-            return False
+            return None
         if share < SHARE.most:
-            return True
+            return SMALL
         if not self._leaves_more(fit):  # imperfect forms do
-            return False
+            return None
         original = float(self.scores(base).sum())
-        return gained < SHARE.small * (original - 1.0) and taken < SHARE.small
+        minor = gained < SHARE.small * (original - 1.0) and taken < SHARE.small
+        return OF_ALL if minor else None
 
     def _too_much_left(self, fit: Fit) -> str | None:
         """Why a set is refused of which no effect would be named alone.

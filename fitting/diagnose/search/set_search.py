@@ -34,7 +34,7 @@ from ..fit.score_test import ScoreTest, score_effects
 from ..fit.sensitivities import sensitivities_about
 from ..fit.set_scores import SetScore, best_sets, pairs_p_value
 from ..settings import DEFAULT
-from .decision import FORM, INSTRUMENTS, Judge, leaves_more
+from .decision import FORM, INSTRUMENTS, OF_ALL, Judge, leaves_more
 from .pool import Pool
 from .steps import Explanation, LeaveOneOutEvidence, Named, Step
 
@@ -209,13 +209,15 @@ class SetSearch:
         drifting = [slugs for slugs, why in decision.refused if why == INSTRUMENTS]
         beside = [slugs for slugs in drifting if len(slugs) > 1 and not set(slugs) <= set(fit.slugs)]
         explanation.contending = beside if fit.slugs else drifting[:1]
-        explanation.beyond_form = [
-            slug
+        further = [
+            (slug, why)
             for slugs, why in decision.refused
-            if why == FORM and set(fit.slugs) < set(slugs)
+            if set(fit.slugs) < set(slugs)
             for slug in slugs
             if slug not in fit.slugs
         ]
+        explanation.beyond_form = [slug for slug, why in further if why == FORM]
+        explanation.of_all = [slug for slug, why in further if why == OF_ALL]
         explanation.named = self._weighed(explanation, pool, fit)
         explanation.weigh_effects = partial(self._weighed_again, self._beside)
         explanation.steps[0].chosen = next(iter(explanation.named.fit.slugs), None)

@@ -100,6 +100,7 @@ class Explanation:
         contending: sets that explain and predict more than `final`, but no more than drift explains. They
             are pairs and triples where effects are named, and the one of most evidence where none is.
         beyond_form: effects that would explain less beside `final` than a form is known by.
+        of_all: effects that would remove most of what `final` leaves, and a small share of the whole misfit.
         nearest: fit of least objective of all sets that were tried; None where none was.
         misread: column whose unit or sign may be wrong; None where there is none.
         scores: cross-validation of models.
@@ -114,6 +115,7 @@ class Explanation:
     p_is_bound: bool
     together: bool = False
     beyond_form: list[str] = field(default_factory=list)
+    of_all: list[str] = field(default_factory=list)
     second_look: "Explanation | None" = None
     contending: list[tuple[str, ...]] = field(default_factory=list)
     nearest: Fit | None = None

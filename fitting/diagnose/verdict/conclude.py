@@ -31,7 +31,7 @@ from .probabilities import (
     weights_of,
 )
 from .proposal import proposed
-from .refusals import beyond_form, contended
+from .refusals import beyond_form, contended, small_share
 from .repeats import Repeats, repeats_of
 from .unexplained import by_discrepancy
 
@@ -129,7 +129,8 @@ def _contending(explanation: Explanation, found: list[Found]) -> list[str]:
     named = explanation.final.slugs
     others = [one for one in explanation.contending if set(one) != set(named)]
     said = [contended(one, bool(named)) for one in others]
-    return said + [beyond_form(slug, named) for slug in explanation.beyond_form]
+    said += [beyond_form(slug, named) for slug in explanation.beyond_form]
+    return said + [small_share(slug, named) for slug in explanation.of_all if named]
 
 
 def _described(

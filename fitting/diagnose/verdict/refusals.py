@@ -52,3 +52,13 @@ def beyond_form(slug: str, named: Sequence[str]) -> str:
         f"{number(100.0 * SHARE.small**2)} % of what {they}, and no form is known so well: not "
         "accepted"
     )
+
+
+def small_share(slug: str, named: Sequence[str]) -> str:
+    """A sentence about an effect that would remove most of what others leave, and little of the whole."""
+    whose = "its form" if len(named) == 1 else "their forms"
+    return (
+        f"{slug} beside {joined(named)} would explain most of what is left, which is less than "
+        f"{number(100.0 * SHARE.small)} % of the whole misfit. So little may also be left by {whose}: not "
+        "accepted, but it may act as well"
+    )
