@@ -18,9 +18,9 @@ class TransformationHysteresis(Effect):
     """A second branch: stress drops by gap_m, gap_a [Pa] after a reversal of strain, over a width [1].
 
     The base curve is the loading one. The gap may differ between the phases. It closes again below a strain
-    `closed` [1], as the loop of an unstrained wire has no height. Where temperature drives, the base curve is
-    the cooling one. The heating one lies `gap_T` [K] above it and is `1 + sharper` times as steep. It is
-    reached over `gap_T` and `width_T` more.
+    `closed` [1], as the loop of an unstrained wire has no height. Where temperature drives, the heating curve
+    lies `gap_T` [K] above the cooling one and is `1 + sharper` times as steep. It is reached over `gap_T` and
+    `width_T` more. The base curve is the cooling one if `between` [1] is 0, the heating one if it is 1.
     """
 
     gap_m: Array = eqx.field(converter=jnp.asarray, default=0.0)
@@ -30,6 +30,7 @@ class TransformationHysteresis(Effect):
     width: Array = eqx.field(converter=jnp.asarray, default=0.02)
     closed: Array = eqx.field(converter=jnp.asarray, default=0.02)
     width_T: Array = eqx.field(converter=jnp.asarray, default=3.0)
+    between: Array = eqx.field(converter=jnp.asarray, default=0.0)
 
     slug: ClassVar[str] = "transformation_hysteresis"
     remembers: ClassVar[bool] = True
@@ -49,6 +50,9 @@ class TransformationHysteresis(Effect):
         "width": Spec(0.02, 0.003, 0.06, 0.02, "1", "strain over which the stress gap opens", True),
         "closed": Spec(0.02, 1e-4, 0.08, 0.02, "1", "strain below which the gap closes again", True),
         "width_T": Spec(3.0, 0.5, 30.0, 3.0, "K", "temperature past the gap over which they join", True, "W"),
+        "between": Spec(
+            0.0, 0.0, 1.0, 0.5, "1", "place of the base curve, 0 cooling, 1 heating", True, "W", True
+        ),
     }
     # shear in a coil; along a superelastic wire the branches are 150 to 400 MPa apart (Duerig, Melton,
     # Stoeckel and Wayman, Engineering Aspects of Shape Memory Alloys, 1990)
@@ -73,8 +77,9 @@ class TransformationHysteresis(Effect):
     def temperature(self, value: Array, at: Known, memory: dict) -> Array:
         """See `Effect.temperature`."""
         mid = law_of(at).T_mid
-        below = self.gap_T - self.sharper * (value - self.gap_T - mid)
-        return value - below * (1.0 - self._cooling(value, memory[at["number"]]))
+        cooled = value + self.between * self.gap_T  # where the base curve is as the cooling one at `value`
+        below = self.gap_T - self.sharper * (cooled - self.gap_T - mid)
+        return cooled - below * (1.0 - self._cooling(value, memory[at["number"]]))
 
     def stress(self, value: Array, at: Known, memory: dict) -> Array:
         """See `Effect.stress`."""

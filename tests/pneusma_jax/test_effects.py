@@ -1,6 +1,7 @@
 """The catalogue: complete, absent at neutral values, visible where it says so, and open to one more file."""
 
 import re
+from types import SimpleNamespace
 
 import jax
 import jax.numpy as jnp
@@ -167,6 +168,28 @@ def test_the_slips_of_a_wrapping_may_differ_a_hundredfold():
     slips = 0.1 * np.exp(widest * np.linspace(-1.0, 1.0, 2001))
     smooth = [float(np.mean(np.minimum(way / slips, 1.0))) for way in ways]
     np.testing.assert_allclose(built, smooth, atol=0.1)
+
+
+def test_a_loop_of_temperature_may_lie_about_the_base_curve():
+    """A table's temperature may be that of cooling, of heating, or the middle of both; a loop is 12 K wide."""
+    wire = SimpleNamespace(T_mid=50.0, martensite_fraction_at=lambda T: jnp.where(T < 50.0, 1.0, 0.0))
+    temperatures = np.concatenate([np.arange(79.0, 21.0, -2.0), np.arange(21.0, 80.0, 2.0)])
+    crossings = {}
+    for between in (0.0, 0.5, 1.0):
+        loop, crossed = find_effect("transformation_hysteresis")(gap_T=12.0, width_T=1.0, between=between), []
+        last, before = loop.begin(Known({"temperature": jnp.asarray(79.0), "wire": wire}))[1], None
+        step = jax.jit(lambda T, last, loop=loop: (
+            loop.temperature(T, Known({"wire": wire, "number": 1}), {1: last}), loop._cooling(T, last)
+        ))  # fmt: skip
+        for T in temperatures:
+            seen, cooling = map(float, step(T, last))  # the first is what the base curve is read at
+            if before is not None and (seen - 50.0) * (before - 50.0) <= 0.0 and seen != before:
+                crossed.append(T)
+            last, before = (1.0, *last[1:3], T, cooling), seen
+        crossings[between] = min(crossed), max(crossed)
+    for between, (cooled, heated) in crossings.items():
+        assert cooled == pytest.approx(50.0 - 12.0 * between, abs=2.0)
+        assert heated == pytest.approx(62.0 - 12.0 * between, abs=2.0)
 
 
 def test_an_instrument_that_a_specimen_lacks_reads_nothing():
