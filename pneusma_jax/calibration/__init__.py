@@ -9,7 +9,9 @@ The records are in `calibration/records.py`, the known keys in `calibration/keys
 `calibration/toml.py`; this module finds, reads and writes files.
 """
 
+import functools
 import os
+from dataclasses import replace
 from importlib import resources
 from pathlib import Path
 from typing import Any
@@ -75,9 +77,17 @@ def load_calibration(name_or_path: str | Path | Calibration, kind: str | None = 
 
 def _read(name_or_path: str | Path, kind: str | None) -> Calibration:
     path, place = _locate(name_or_path, kind)
-    table = parse_calibration(read_text(place, path), path)
+    table = _parsed(read_text(place, path), path)
     warn_of(path, table.text.get("caution", ""))
-    return table
+    return replace(  # which the caller may change
+        table, quantities=dict(table.quantities), text=dict(table.text), lines=dict(table.lines)
+    )
+
+
+@functools.lru_cache(maxsize=64)
+def _parsed(text: str, path: Path) -> Calibration:
+    """Table of a text, which a process reads many times: a diagnosis does for every trial of other units."""
+    return parse_calibration(text, path)
 
 
 def named_table(table: Calibration, key: str) -> str:
