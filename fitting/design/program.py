@@ -240,10 +240,13 @@ def first_of(one: Callable[[Array], Any], places: Array, count: Array, width: in
     width = min(width, len(places))
     blocks = -(-len(places) // width)
     at = np.minimum(np.arange(blocks * width), len(places) - 1)
-    blank = jax.tree.map(lambda x: jnp.zeros((len(at), *x.shape), x.dtype), jax.eval_shape(one, places[0]))
+    side_by_side = jax.jit(jax.vmap(one))  # traced once for its shapes and for the loop
+    lot = jax.ShapeDtypeStruct((width, *places.shape[1:]), places.dtype)
+    zeros = lambda x: jnp.zeros((len(at), *x.shape[1:]), x.dtype)  # noqa: E731
+    blank = jax.tree.map(zeros, jax.eval_shape(side_by_side, lot))
 
     def block(k: Array, found: Any) -> Any:
-        some = jax.vmap(one)(jax.lax.dynamic_slice_in_dim(places[at], k * width, width))
+        some = side_by_side(jax.lax.dynamic_slice_in_dim(places[at], k * width, width))
         put = lambda whole, part: jax.lax.dynamic_update_slice_in_dim(whole, part, k * width, 0)  # noqa: E731
         return jax.tree.map(put, found, some)
 
