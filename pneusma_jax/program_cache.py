@@ -17,6 +17,7 @@ import json
 import os
 import threading
 import time
+import weakref
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -43,6 +44,9 @@ TRACING, COMPILING, LOADING = "tracing", "compiling", "loading"
 is lost, it is compiled again."""
 _listeners: list[Callable[[int, str, str], None]] = []
 _numbers = itertools.count(1)
+_of_process: weakref.WeakValueDictionary[tuple, Callable] = weakref.WeakValueDictionary()
+"""Programs by file and compiler options, while anything holds them. A fit of the same model to other data is
+another function, but the same program."""
 
 
 @contextlib.contextmanager
@@ -117,7 +121,8 @@ class _Cached:
             if key not in self._ready:
                 number = next(_numbers)
                 made, step = self._stored(folder, leaves, structure, number)
-                _tell(number, self._name, step)
+                if step:
+                    _tell(number, self._name, step)
                 found = made(*leaves)
                 self._ready[key] = made
                 return found
@@ -127,13 +132,17 @@ class _Cached:
         self, folder: str | None, leaves: list, structure: jax.tree_util.PyTreeDef, number: int
     ) -> tuple[Callable, str]:
         """The program of these arguments, from disk or written there, and the step that its first run begins
-        with. Untold ones are only compiled."""
+        with. It is empty where this process has the program. Untold ones are only compiled."""
         whole = lambda *leaves: self._plain(*jax.tree.unflatten(structure, leaves))  # noqa: E731
         shapes = [jax.typeof(leaf) for leaf in leaves]
         words = f"{self._name}|{structure}|{shapes}"
         lasting = " at 0x" not in words and "..." not in words  # or a long array that is not told in full
         if not (self._keep and folder and lasting and _ours(structure)):
             return whole, COMPILING
+        path = _path(Path(folder) / FOLDER, words)
+        key = (path, *sorted((self._usable or {}).items()))
+        if (known := _of_process.get(key)) is not None:
+            return known, ""
         step = LOADING
 
         def tracing() -> None:
@@ -142,11 +151,11 @@ class _Cached:
             _tell(number, self._name, TRACING)
 
         try:
-            path = Path(folder) / FOLDER
-            program = _program(path, words, self._function, structure, shapes, tracing)
+            program = _program(path, self._function, structure, shapes, tracing)
         except NotImplementedError:  # a check inside the program that calls back cannot be stored
             return whole, COMPILING
-        return jax.jit(program.call, compiler_options=self._usable), step
+        made = _of_process[key] = jax.jit(program.call, compiler_options=self._usable)
+        return made, step
 
 
 def stored_jit(*returns: type) -> Callable[[Callable], Callable]:
@@ -287,17 +296,20 @@ def _tuples(value: Any) -> Any:
     return tuple(map(_tuples, value)) if isinstance(value, list) else value
 
 
+def _path(folder: Path, words: str) -> Path:
+    """File of the traced program that is called by some words."""
+    key = hashlib.sha256(f"{_versions()}|{jax.default_backend()}|{_source()}|{words}".encode())
+    return folder / f"{key.hexdigest()[:32]}.stablehlo"
+
+
 def _program(
-    folder: Path,
-    words: str,
+    path: Path,
     function: Callable,
     structure: Any,
     shapes: list[Any],
     tracing: Callable[[], None],
 ) -> export.Exported:
     """The traced program, from disk if it is stored; `tracing` is called before it is traced."""
-    key = hashlib.sha256(f"{_versions()}|{jax.default_backend()}|{_source()}|{words}".encode())
-    path = folder / f"{key.hexdigest()[:32]}.stablehlo"
     try:
         program = export.deserialize(bytearray(_checked(path.read_bytes())))
         with contextlib.suppress(OSError):  # a file of another user

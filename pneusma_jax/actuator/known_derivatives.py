@@ -178,6 +178,7 @@ def _pushed(
     """Tangents of the results of the first `count` of `CHUNK` rows; those of the actuator's numbers are
     `of_all`. Otherwise as `_pulled`."""
 
+    @jax.jit  # traced once for its shapes and for the loop
     def block(k: Array) -> list[Array]:
         results, numbers = _of_block(k, actuator, each, roots, good, moving)
         own = [jax.lax.dynamic_slice_in_dim(x, k * BLOCK, BLOCK) for x in tangents]

@@ -6,6 +6,7 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
@@ -126,18 +127,21 @@ def test_rounds_end_by_chi_square_in_the_unit_of_the_noise_as_found(held, monkey
 
 def test_a_held_fraction_is_not_searched_and_its_test_counts(held, monkeypatch):
     """Without a walk its search would take all rounds, and every other recording of a stack would wait."""
-    weights, search = {}, smoother.profile
+    weights, search = [], smoother.profile
 
     def watched(outputs, model, measured, weight, *rest):
-        weights[name] = np.asarray(weight)
+        weights.append(weight)
         return search(outputs, model, measured, weight, *rest)
+
+    @jax.jit  # the many operations of a search take seconds to compile one by one
+    def searched(values, rows):
+        return trajectory(values, rows).xi0, weights.pop()
 
     monkeypatch.setattr(smoother, "profile", watched)
     numbers = {test.name: k for k, test in enumerate(held.tests)}
     for name in ("cold", "isoresistive_1"):
-        found = trajectory(values_of(held.parameters), held.rows[numbers[name]])
-        assert (np.ptp(np.asarray(found.xi0)) == 0.0) == (name == "cold")
-    assert not weights["cold"].any() and weights["isoresistive_1"].any()
+        xi0, weight = map(np.asarray, searched(values_of(held.parameters), held.rows[numbers[name]]))
+        assert (np.ptp(xi0) == 0.0) == (name == "cold") == (not weight.any())
     monkeypatch.undo()
     data = held.data(tests=[numbers["cold"]])
     assert np.sum(residuals_and_freedom(values_of(held.parameters), data["rows"])[0] ** 2) > 10.0
@@ -147,12 +151,17 @@ def test_a_held_fraction_is_not_searched_and_its_test_counts(held, monkeypatch):
 def test_a_row_remembers_what_the_row_before_does_or_that_row_itself(held, name):
     """The elimination of rows relies on it, for the rule's decisions and for those that explain the force best."""
     rows = held.rows[[test.name for test in held.tests].index(name)]
-    law, random = law_of(values_of(held.parameters), rows), np.random.default_rng(4)
+    random = np.random.default_rng(4)
     course = jnp.asarray(np.clip(rows.extra["level"] + 0.2 * random.standard_normal(len(rows.mask)), 0.0, 1.0))
-    slack, force, weight = jnp.full(course.shape, 0.05), rows.measured["force"], rows.weight["force"]
-    several = law.likeliest(course, slack, jnp.asarray(0.1), force, weight, 4)
+
+    @jax.jit
+    def decided(values, rows, course, slack):
+        law, force = law_of(values, rows), (rows.measured["force"], rows.weight["force"])
+        return law.decide(course, slack).hottest, law.likeliest(course, slack, jnp.asarray(0.1), *force, 4).hottest
+
+    first, several = decided(values_of(held.parameters), rows, course, jnp.full(course.shape, 0.05))
     renewals = 0
-    for hottest in (law.decide(course, slack).hottest, *several.hottest):
+    for hottest in (first, *several):
         before, after, row = np.asarray(hottest)[:-1], np.asarray(hottest)[1:], np.arange(len(course) - 1)
         assert np.all((after == before) | (after == row))
         renewals += np.sum(after == row)

@@ -87,9 +87,9 @@ def test_no_course_is_credited_with_a_slope_across_a_jump(jump):
         return jnp.stack([x, x]) + jump * jnp.cumsum(x > 0.5)
 
     laws = [lambda x, decided_by: (law(x), hottest(x), None)] * 2
-    found = best_course(*laws, jnp.full(COUNT, 0.4985), ("force", "resistance"), rows)
-    assert found.predicted == pytest.approx(np.asarray(law(found.course)), abs=1e-9)
-    assert bool(jnp.all(found.course > 0.5)) == (jump < 0.01)
+    found = jax.jit(lambda read: best_course(*laws, read, ("force", "resistance"), rows))(jnp.full(COUNT, 0.4985))
+    assert found.predicted == pytest.approx(np.asarray(jax.jit(law)(found.course)), abs=1e-9)
+    assert np.all(np.asarray(found.course) > 0.5) == (jump < 0.01)
 
 
 def test_the_course_follows_a_constant_of_the_law_as_the_implicit_function_does():
@@ -119,7 +119,7 @@ def test_the_course_follows_a_constant_through_what_rows_remember_and_noise_that
     def solved(theta):
         return _course(partial(law, theta=theta), true, rows, partial(law, theta=0.0))
 
-    (_, _, local), (slope, *_) = jax.jvp(solved, (0.0,), (1.0,))
+    (_, _, local), (slope, *_) = jax.jit(lambda theta: jax.jvp(solved, (theta,), (1.0,)))(0.0)
     D = np.concatenate([np.diag(np.asarray(own)) for own in local.slope])
     for j, remembered in enumerate(np.asarray(local.remembered)):
         np.add.at(D, (j * COUNT + np.arange(COUNT), np.asarray(local.source)), remembered)
@@ -133,7 +133,7 @@ def test_a_resistance_beyond_the_law_is_left_over_where_force_knows_the_phase():
     """What stalled fits: a resistance just below the hot wire's stood for no martensite at all."""
     rows, _ = _rows(np.random.default_rng(4), correlation=(0.0, 0.0))
     rows.measured = {"force": jnp.full(COUNT, 0.35), "resistance": jnp.full(COUNT, -0.05)}
-    course, *_ = _course(lambda x: jnp.stack([x, x**7]), jnp.zeros(COUNT), rows)
+    course, *_ = jax.jit(lambda read: _course(lambda x: jnp.stack([x, x**7]), read, rows))(jnp.zeros(COUNT))
     assert course == pytest.approx(np.full(COUNT, 0.35), abs=0.02)
 
 
@@ -150,9 +150,10 @@ def test_noise_in_the_hottest_row_does_not_bend_all_that_remember_it():
         missing = {n: (y - rows.measured[n]) / sigma[n] for n, y in zip(sigma, law(x), strict=True)}
         return sum(jnp.sum(m**2) for m in missing.values()) + jnp.sum(jnp.diff(x) ** 2) / (1e-2 * 0.5)
 
-    course, _, local = _course(law, jnp.asarray(rows.measured["resistance"]), rows)
+    course, _, local = jax.jit(lambda read: _course(law, read, rows))(rows.measured["resistance"])
     assert local.source[-1] == 3 and np.all(np.asarray(local.remembered[0, 4:]) == 1.0)
     assert course[3] == pytest.approx(0.3, abs=0.03)
+    square = jax.jit(square)
     nudged = [square(course.at[3].add(d)) for d in (-0.01, 0.01)]
     assert square(course) < min(nudged)
 
