@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from fitting.specimens.cautions import CLEARANCE_DEG, models_contact, touching_cautions
 from pneusma_jax.errors import InputError
 from pneusma_jax.units import to_si
 
@@ -15,6 +16,7 @@ from .log import Evaluation, Log
 from .optimise import JOINED, Outcome, conditions
 from .pareto import share_of_box
 from .program import Model
+from .quantities import QUANTITIES
 from .result import Choice, Design, DesignResult, Front
 from .search import STILL, Solved, base_place, unchanging
 from .study import Study
@@ -53,6 +55,7 @@ def result_of(
         "catalogue or a limit"
     ]  # fmt: skip
     notes += [*cautions_of(model.plan), *notes_on_model(study), *_notes_on_search(study, best)]
+    notes += notes_on_touching(model, best.final.evaluation.place)
     base = _base_design(best)
     chances = {}
     if study.uncertainty is not None:
@@ -118,6 +121,24 @@ def notes_on_model(study: Study) -> list[str]:
         said.append(f"numbers of single specimens of {name} are left out: a design is none of them")
     idle = (one for design in study.designs for one in remarks_on_states(study.model, design))
     return said + list(dict.fromkeys(idle))
+
+
+def notes_on_touching(model: Model, place: np.ndarray) -> list[str]:
+    """Caution where the body may touch itself in some states of a design; none elsewhere.
+
+    Args:
+        model: the study with its choices.
+        place: the design, as a place in the box.
+    """
+    _, states = model.solve_states(place)
+    turned = [sum(np.linalg.norm(segment.bend) for segment in state.segments) for state in states]
+    bend = np.rad2deg(turned)
+    if model.plan.chain is not None:
+        free = np.array([QUANTITIES["clearance"].function(state, 0) for state in states])
+        return touching_cautions(bend, free < 0.0, rows="states")
+    if models_contact(model.plan.model):
+        return []
+    return touching_cautions(bend, bend > CLEARANCE_DEG, CLEARANCE_DEG, rows="states")
 
 
 def _finer_areas(

@@ -19,6 +19,7 @@ from .statistics.failures import Failures
 from .statistics.indices import Sums
 from .statistics.moments import Moments, Sketches
 from .statistics.summary import Summary
+from .statistics.touching import Touching
 from .study import Study
 
 INDEPENDENT = 2
@@ -95,7 +96,7 @@ def compute_chunk(problem: Problem, sampler: Sampler, index: int) -> tuple[Summa
     seed = study.sampling.seed
     points = sampler.points(index, count)
     z, orders = problem.design.rows(points, stream(seed, index, ORDERS))
-    y, status = problem.evaluator(problem.inputs.values(z))
+    y, status, touching = problem.evaluator.whole(problem.inputs.values(z))
     noise = problem.columns.noise
     if np.any(noise):
         y = y + noise * stream(seed, index, NOISE).standard_normal(y.shape)
@@ -116,6 +117,7 @@ def compute_chunk(problem: Problem, sampler: Sampler, index: int) -> tuple[Summa
         },
         failures=Failures.of(z, status, good),
         indices=indices,
+        touching=Touching.of(touching),
     )
     return summary, y, status
 

@@ -27,7 +27,7 @@ class Evaluator:
     others. Smaller calls use one device. A row has the same result wherever it is computed.
 
     Args:
-        row: values of one row, shape (values,), to columns and a status.
+        row: values of one row, shape (values,), to columns, a status, and anything beside them.
         side_by_side: rows that one device computes together, rounded down to a power of two.
         devices: devices to use; all local ones if None.
         identity: text that says everything that `row` depends on besides the source of the packages. With it
@@ -36,7 +36,7 @@ class Evaluator:
 
     def __init__(
         self,
-        row: Callable[[Array], tuple[Array, Array]],
+        row: Callable[[Array], tuple[Array, ...]],
         side_by_side: int,
         devices: list | None = None,
         identity: str | None = None,
@@ -58,6 +58,10 @@ class Evaluator:
         self, x: Float[np.ndarray, "rows values"]
     ) -> tuple[Float[np.ndarray, "rows columns"], UInt8[np.ndarray, " rows"]]:
         """Columns and status of every row; no rows give empty arrays of the same widths."""
+        return self.whole(x)[:2]
+
+    def whole(self, x: Float[np.ndarray, "rows values"]) -> tuple[np.ndarray, ...]:
+        """Columns, status and all else of every row."""
         return self._in_calls(self._row, x)
 
     def with_gradient(
@@ -77,7 +81,7 @@ class Evaluator:
             self._gradients[of] = jax.value_and_grad(lambda row: of(self._row(row)[0]))
         return self._in_calls(self._gradients[of], x, spread=False)
 
-    def _in_calls(self, row: Callable, x: np.ndarray, spread: bool = True) -> tuple[np.ndarray, np.ndarray]:
+    def _in_calls(self, row: Callable, x: np.ndarray, spread: bool = True) -> tuple[np.ndarray, ...]:
         """Results of any number of rows, in calls of one size. Only whole calls go to several devices."""
         if not len(x):
             shapes = jax.eval_shape(row, jax.ShapeDtypeStruct(x.shape[1:], x.dtype))
@@ -90,7 +94,7 @@ class Evaluator:
 
     def _call(
         self, row: Callable, x: np.ndarray, step: int, spread: bool
-    ) -> tuple[np.ndarray, np.ndarray]:
+    ) -> tuple[np.ndarray, ...]:
         """Results of at most `step` rows, padded so that all devices have whole groups of rows."""
         group = self._together * (self.devices if spread else 1)
         padded = group * -(-step // group)

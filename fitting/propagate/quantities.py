@@ -15,6 +15,7 @@ from pneusma_jax.units import UNITS, amount, written
 
 from .responses import Driver, Response, not_finite
 from .responses.expression import as_expression
+from .responses.touching import TOUCHING
 
 REDUCTIONS = ("largest", "smallest", "mean", "first", "last")
 """Functions that make one number of a quantity along the driver."""
@@ -223,14 +224,16 @@ def _check_place(place: float, driver: Driver, where: str) -> None:
 
 
 def row_function(response: Response, columns: Columns, names: tuple[str, ...]):
-    """One row of the study as a pure function: values [SI] of the named numbers to columns and a status.
+    """One row of the study as a pure function: values [SI] of the named numbers to columns, status and angle.
+
+    The angle is the largest [deg] of a body that may touch itself in the row, and 0 of any other.
 
     A row without a result, or with a column that is not finite, is NaN in all columns. Its status tells the
     first output that is not finite.
     """
     lines = [(f"_{k}", q.expression) for k, q in enumerate(columns.quantities)]
 
-    def row(x: Array) -> tuple[Array, Array]:
+    def row(x: Array) -> tuple[Array, Array, Array]:
         outputs, status = response.answer(dict(zip(names, x, strict=True)))
         found = evaluate(lines, outputs, jnp)
         parts = []
@@ -242,7 +245,8 @@ def row_function(response: Response, columns: Columns, names: tuple[str, ...]):
         whole = jnp.concatenate(parts)
         each = jnp.stack([jnp.all(jnp.isfinite(part)) for part in parts])
         status = jnp.where(~jnp.all(each) & solved(status), not_finite(jnp.argmin(each)), status)
-        return jnp.where(solved(status), whole, jnp.nan), status.astype(jnp.uint8)
+        touching = jnp.where(solved(status), jnp.max(outputs.get(TOUCHING, jnp.zeros(()))), 0.0)
+        return jnp.where(solved(status), whole, jnp.nan), status.astype(jnp.uint8), touching
 
     return row
 

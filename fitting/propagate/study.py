@@ -9,6 +9,9 @@ from typing import Any
 
 from .quantities import Limit, Quantity
 
+SUMS = 2
+"""Number of the form in which chunks keep their sums: those of another form are of another study."""
+
 ROWS, CHUNK = 10_000, 10_000
 """Rows of a study that states none: enough for the mean to a hundredth of the spread. Rows of a chunk."""
 LEAST_CHUNK, MOST_CHUNK = 100, 1_000_000
@@ -143,5 +146,5 @@ def fingerprint(study: Study, files: tuple[Path, ...], version: str) -> str:
     sampling = study.sampling
     parts["sampling"] = repr((sampling.method, sampling.chunk, sampling.seed, sampling.keep))
     contents = [hashlib.sha256(Path(file).read_bytes()).hexdigest() for file in files if Path(file).is_file()]
-    text = json.dumps([version, parts, contents], sort_keys=True)
+    text = json.dumps([version, SUMS, parts, contents], sort_keys=True)
     return hashlib.sha256(text.encode()).hexdigest()

@@ -11,6 +11,7 @@ import numpy as np
 
 import pneusma_jax as pj
 from fitting.data.recordings import Recording
+from fitting.specimens.cautions import total_bend
 from fitting.specimens.model_objects import BASE, actuator_of, material_of
 from fitting.specimens.saved_models import AugmentedModel
 from fitting.specimens.saved_models.left_out import chain_without
@@ -89,7 +90,8 @@ class ChainState:
             )
         if self.converged and self.clearance < 0.0:
             sentences.append(
-                f"parts of the chain overlap by {-self.clearance:.3g} mm: contact is not modelled"
+                f"bent by {total_bend(self.found.shape):.3g} degrees in all, so that parts of the chain "
+                f"overlap by {-self.clearance:.3g} mm: contact is not modelled"
             )
         return sentences
 

@@ -13,7 +13,13 @@ from fitting.data.recordings import Recording, resistance_range
 from fitting.data.recordings.kinds import PHASE
 from fitting.specimens import ACTUATOR, Specimen, specimen_of
 from fitting.specimens.actuator import BendingActuator
-from fitting.specimens.cautions import actuator_cautions, silicone_cautions, spring_cautions
+from fitting.specimens.cautions import (
+    actuator_cautions,
+    chain_touching_cautions,
+    models_contact,
+    silicone_cautions,
+    spring_cautions,
+)
 from fitting.specimens.model_objects import (
     BASE,
     actuator_of,
@@ -138,7 +144,8 @@ def _(kind: BendingActuator, protocol: Protocol, specimen: Recording, model: Aug
         ambient=protocol.channels.get("ambient"), gravity=gravity_of(specimen),
     )  # fmt: skip
     outputs, known = _described(actuator, history)
-    notices = actuator_cautions(actuator, history.rows, specimen.geometry.get("tip_to_base_clearance_deg"))
+    limit = specimen.geometry.get("tip_to_base_clearance_deg")
+    notices = actuator_cautions(actuator, history.rows, limit, contact=models_contact(model))
     title = f"{protocol.name}: {_short(specimen.full_geometry()['design'])}"
     bent = () if actuator.planar else ("curvature", "bend_angle")
     marks, more = marked(model, history.seen, "actuator", bent)
@@ -263,6 +270,7 @@ def run_chain_protocol(
         segment_outputs, segment_states = _described(body, part, f"segment_{k}_")
         outputs, states = outputs | segment_outputs, states | segment_states
         notices += [f"segment {k}: {sentence}" for sentence in actuator_cautions(body, part.rows)]
+    notices += chain_touching_cautions(history.shape)
     title = f"{protocol.name}: {name}"
     return Course(title, _inputs(protocol), outputs, states, notices, (chain, history), pressure)
 

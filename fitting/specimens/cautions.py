@@ -3,9 +3,12 @@
 import numpy as np
 
 import pneusma_jax as pj
+from pneusma_jax.effects.body import TipContact
 from pneusma_jax.nitinol import SpringResponse
+from pneusma_jax.serial_chain.shape import ChainShape
 from pneusma_jax.silicone import PolynomialFit, RegularisedSilicone, SiliconeLaw
 
+from .saved_models import AddedEffect, AugmentedModel
 from .silicones import Scaled
 
 CLEARANCE_DEG = 270.0  # Bend angle beyond which the source saw the tip touch the clamp (Section 3.7.2)
@@ -84,6 +87,7 @@ def actuator_cautions(
     found: pj.Equilibrium,
     clearance_deg: float | None = None,
     read: pj.Equilibrium | None = None,
+    contact: bool = False,
 ) -> list[str]:
     """All warnings about an actuator's states.
 
@@ -92,6 +96,7 @@ def actuator_cautions(
         found: equilibrium of one state or of rows.
         clearance_deg: bend angle at which the tip meets the base [deg]; the source's 270 if None.
         read: equilibria at the resistances as measured, where `found` belongs to denoised ones.
+        contact: true if the model has the contact of tip and base, see `models_contact`.
     """
     sentences = _unsolved_sentences(statuses(found, read))
     source = found if read is None else read
@@ -103,10 +108,58 @@ def actuator_cautions(
     mean, swing = np.asarray(found.delta_centre), bend * float(actuator.section.radius)
     length = float(actuator.length)
     sentences += silicone_cautions(actuator.silicone, (mean - swing) / length, (mean + swing) / length)
-    limit = CLEARANCE_DEG if clearance_deg is None else clearance_deg
-    touching = f"bent past {limit:g} degrees, where the tip may touch the base: contact is not modelled"
-    sentences += _warnings({touching: np.rad2deg(bend) > limit})
+    if not contact:
+        limit = CLEARANCE_DEG if clearance_deg is None else clearance_deg
+        sentences += touching_cautions(np.rad2deg(bend), np.rad2deg(bend) > limit, limit)
     return sentences
+
+
+def models_contact(model: AugmentedModel) -> bool:
+    """True if a model has the contact of tip and base among its effects."""
+    return any(isinstance(added, AddedEffect) and added.slug == TipContact.slug for added in model.added)
+
+
+def touching_cautions(
+    bend: np.ndarray, touching: np.ndarray, limit: float | None = None, rows: str = "rows"
+) -> list[str]:
+    """Warning that a body may touch itself, with the largest angle and the number of rows; none elsewhere.
+
+    Args:
+        bend: bend angle of each row, of all segments in series together [deg].
+        touching: true for rows in which the body may touch itself.
+        limit: angle past which the tip may touch the base [deg]; None where parts overlap.
+        rows: noun for what is counted.
+    """
+    bend, touching = np.asarray(bend), np.asarray(touching)
+    if not np.any(touching):
+        return []
+    most, where = float(np.max(bend[touching])), _rows_text(touching).replace("rows", rows)
+    if limit is None:
+        return [f"bent by {_up_to(where)}{most:.3g} degrees in all{where}, where parts of the body overlap: "
+                "contact is not modelled"]  # fmt: skip
+    return [f"bent by {_up_to(where)}{most:.3g} degrees{where}: past {limit:g} degrees the tip may touch the "
+            "base, and contact is not modelled"]  # fmt: skip
+
+
+def chain_touching_cautions(shape: ChainShape, rows: str = "rows") -> list[str]:
+    """Warning that parts of a chain overlap in some rows; see `touching_cautions`.
+
+    Args:
+        shape: of one chain, or of rows.
+        rows: noun for what is counted.
+    """
+    bend = total_bend(shape)
+    overlap = np.asarray(shape.clearance().smallest) < 0.0
+    return touching_cautions(bend, overlap, rows=rows)
+
+
+def total_bend(shape: ChainShape) -> np.ndarray:
+    """Bend angles of all segments of a chain together [deg], of one chain or of rows."""
+    return np.rad2deg(np.linalg.norm(np.asarray(shape.bends), axis=-1).sum(axis=-1))
+
+
+def _up_to(rows: str) -> str:
+    return "up to " if rows else ""
 
 
 def statuses(found: pj.Equilibrium, read: pj.Equilibrium | None = None) -> np.ndarray:

@@ -69,8 +69,9 @@ class Clearance(eqx.Module):
 
     @property
     def smallest(self) -> Array:
-        """The smallest clearance of the chain [m]."""
-        return jnp.minimum(jnp.min(self.within), jnp.min(self.between, initial=jnp.inf))
+        """The smallest clearance of the chain [m]; of a history, that of each row."""
+        between = jnp.min(self.between, axis=-1, initial=jnp.inf)
+        return jnp.minimum(jnp.min(self.within, axis=-1), between)
 
 
 @eqx.filter_jit

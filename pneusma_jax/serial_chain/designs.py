@@ -21,6 +21,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+import jax.numpy as jnp
 import numpy as np
 
 from ..actuator import Actuator
@@ -284,13 +285,13 @@ def _loads(
         )  # fmt: skip
         mass = [m if g is None else g.mass for m, g in zip(whole.masses, own, strict=True)]
         centre = [p if g is None else g.place for p, g in zip(whole.places, own, strict=True)]
-        whole = dataclasses.replace(whole, masses=np.stack(mass), places=np.stack(centre))
+        whole = dataclasses.replace(whole, masses=jnp.stack(mass), places=jnp.stack(centre))
         hung = np.asarray([0.0 if g is None else float(g.tip_mass) for g in own])
         at = np.asarray([np.zeros(2) if g is None else np.asarray(g.tip_place) for g in own])
         loads.append(with_bodies(whole, hung, at))
     force, moment = design.vector("tip_force"), design.vector("tip_moment")
     if force.any() or moment.any():
-        place = np.asarray(bodies[-1].section.enclosed_centroid) if place is None else place
+        place = jnp.asarray(bodies[-1].section.enclosed_centroid) if place is None else place
         loads.append(PointLoad(force, moment, place, follows=design.tip_follows))
     if design.vector("line_load").any():
         loads.append(LineLoad(design.vector("line_load")))

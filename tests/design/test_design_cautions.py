@@ -4,6 +4,7 @@ import json
 import warnings
 from importlib import resources
 from pathlib import Path
+from types import SimpleNamespace
 
 import h5py
 import numpy as np
@@ -14,6 +15,7 @@ import fitting.report.results  # noqa: F401  results know how they look
 from fitting.data.hdf5 import CAUTION
 from fitting.design import read_study, run_study
 from fitting.design.bodies import cautions_of, plan_of
+from fitting.design.conclude import notes_on_touching
 from fitting.report.results import save
 from fitting.specimens.saved_models import AugmentedModel
 from pneusma_jax.errors import DISTRUSTED, Distrusted
@@ -60,3 +62,15 @@ def test_the_page_has_them_and_those_of_a_posterior_without_a_front(tmp_path):
     for said in (f"{DISTRUSTED}. {WHY}", "Zeros of instruments are left out"):
         assert said in page
         assert any(said in note for note in json.loads((tmp_path / "out" / "report.json").read_text())["warnings"])
+
+
+def test_states_in_which_the_body_may_touch_itself_are_told():
+    """A design of 400 degrees had been told without a word."""
+    states = [SimpleNamespace(segments=[SimpleNamespace(bend=np.deg2rad([0.0, angle]), length=0.056)],
+                              chain=None, body=None) for angle in (100.0, 400.0)]
+    plan = SimpleNamespace(chain=None, model=AugmentedModel(name="base"))
+    model = SimpleNamespace(solve_states=lambda place: (None, states), plan=plan)
+    assert notes_on_touching(model, np.zeros(1)) == [
+        "bent by up to 400 degrees in 1 of 2 states: past 270 degrees the tip may touch the base, and contact is "
+        "not modelled"
+    ]

@@ -78,6 +78,10 @@ class Body:
         loads = design_loads(self.tables["actuator"], body, silicone.values().get("density"))
         return body.with_loads(*loads)
 
+    def silicone(self, values: Mapping[str, Array]) -> Calibration:
+        """Table of the wall's silicone with values of some of its numbers."""
+        return self._table("silicone", values)
+
     def effects(self, values: Mapping[str, Array]) -> tuple[pj.pipeline.Effect, ...]:
         """The model's effects."""
         return tuple(

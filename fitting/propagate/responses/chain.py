@@ -29,6 +29,7 @@ from .drives import (
 )
 from .noise import NoiseFor
 from .response import Known, Response
+from .touching import TOUCHING, overlapping
 
 
 def chain_response(
@@ -72,7 +73,7 @@ def chain_response(
     def answer(values: Mapping[str, Array]) -> tuple[dict[str, Array], Array]:
         built = {name: _built(name, body, values, several) for name, body in bodies.items()}
         densities = {
-            name: _own(name, values, several).get("density", body.tables["silicone"].values().get("density"))
+            name: body.silicone(_own(name, values, several)).values().get("density")
             for name, body in bodies.items()
         }
         chain = make_chain(design, built.__getitem__, densities.__getitem__)
@@ -157,4 +158,4 @@ def _state(chain: pj.SegmentChain, channels: Mapping[str, Array]) -> tuple[dict[
     outputs = {f"tip_{axis}_mm": shown("tip_mm", tip[k]) for k, axis in enumerate("xyz")}
     for k, segment in enumerate(found.segments, 1):
         outputs[f"bend_angle_{k}_deg"] = shown("bend_angle_deg", segment.bend_magnitude)
-    return outputs, found.status
+    return outputs | {TOUCHING: overlapping(found.shape)}, found.status

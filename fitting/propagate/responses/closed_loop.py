@@ -21,6 +21,7 @@ from .drives import drive_numbers, driven, read_channels
 from .noise import NoiseFor, WhiteNoise
 from .response import Driver, Response
 from .state import title_of
+from .touching import TOUCHING, past, touching_angle
 
 SETTLED = 10.0
 """Time from which the error counts [s]: the step's transient is over, as in `pneusma control`."""
@@ -36,6 +37,7 @@ class _Driven:
         body: body and effects of the plant, as functions of what varies.
         loop: task and settings; own: the controller's model; plan: its plan, from `Loop.planned`.
         noise: noise of the readings; pressure: gauge [Pa]; kept: rows that results are kept of.
+        limit: angle past which the tip may touch the base [deg].
     """
 
     body: Body
@@ -45,6 +47,7 @@ class _Driven:
     noise: WhiteNoise
     pressure: float
     kept: np.ndarray
+    limit: float
 
     def __call__(self, values: Mapping[str, Array]) -> tuple[dict[str, Array], Array]:
         """Outputs of a run on the plant of some values, and its status; see `response.Answer`."""
@@ -55,7 +58,8 @@ class _Driven:
         read_noise = self.noise.on({"resistance": blank}, values)["resistance"]
         seen, observed, currents, _ = self.loop.driven(plant, self.own, self.plan, read_noise, pressure)
         status = jnp.where(jnp.all(seen.good), 0, int(pj.Status.no_equilibrium))
-        return self._errors(seen, observed) | self._of_springs(seen, currents), status
+        touching = {TOUCHING: past(seen.curvature * plant.body.length, self.limit)}
+        return self._errors(seen, observed) | self._of_springs(seen, currents) | touching, status
 
     def _errors(self, seen: Seen, observed: Seen) -> dict[str, Array]:
         """Curvature, and what controller and observer miss of it [1/m]."""
@@ -114,7 +118,9 @@ def loop_response(
         known={**body.numbers, **drive_numbers(channels), **noise.known},
         driver=Driver("time_s", loop.time[kept]),
         outputs=_output_names(body),
-        answer=_Driven(body, loop, own, loop.planned(own), noise, pressure, kept),
+        answer=_Driven(
+            body, loop, own, loop.planned(own), noise, pressure, kept, touching_angle(specimen, model)
+        ),
         files=files,
         notices=(f"the controller has the {knows} at the nominal numbers",),
         tied=tied(body.numbers),

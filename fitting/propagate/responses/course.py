@@ -32,6 +32,7 @@ from .drives import activation, drive_numbers, driven, units_of, worst
 from .noise import NoiseFor, WhiteNoise
 from .response import NOISE, NOT_FINITE, Driver, Known, Response
 from .state import described, output_names, title_of
+from .touching import TOUCHING, past, touching_angle
 
 POINTS = 41
 """Rows of a history that results are kept of, unless a study says otherwise: enough to draw a band."""
@@ -74,7 +75,7 @@ def protocol_response(
     check_resistances(protocol, specimen)
     body, files = body_of(specimen, model)
     _check(protocol, body.layout.spring_numbers)
-    kept = kept_rows(len(protocol), points)
+    kept, limit = kept_rows(len(protocol), points), touching_angle(specimen, model)
     channels = {n: x for n, x in protocol.channels.items() if n.partition("_")[0] != "ambient"}
     slow = {
         n: x
@@ -96,7 +97,8 @@ def protocol_response(
             gravity=np.asarray(body.gravity),
         )  # fmt: skip
         found, seen = jax.tree.map(lambda x: x[kept], (history.rows, history.seen))
-        outputs = described(actuator, found, seen)
+        outputs = described(actuator, found, seen, limit)
+        outputs[TOUCHING] = past(history.rows.bend_magnitude, limit)  # of every row, not of those kept alone
         return outputs, worst(history.rows.status)
 
     return Response(
@@ -190,7 +192,7 @@ def recording_response(
     rows = own.prepared(start, own.rows_for(campaign))[0]
     there = np.flatnonzero(np.asarray(rows.mask))
     kept = there[kept_rows(len(there), points)]
-    driver = _driver(recording, rows, kept)
+    driver, limit = _driver(recording, rows, kept), touching_angle(recording, model)
     noise = _noise_of_inputs(noise_for, recording, rows, own)
     columns = {
         schema.quantity_and_unit(name)[0]: name for name in recording.outputs
@@ -208,6 +210,8 @@ def recording_response(
             for quantity, column in columns.items()
         }
         good = jnp.all(jnp.stack([jnp.all(jnp.isfinite(x)) for x in outputs.values()]))
+        if "bend_angle" in found:
+            outputs[TOUCHING] = past(found["bend_angle"][there], limit)
         return outputs, jnp.where(good, 0, NOT_FINITE)
 
     tables = _tables_of(campaign, own, model)

@@ -80,7 +80,8 @@ class Driver:
 
 
 Answer = Callable[[Mapping[str, Array]], tuple[dict[str, Array], Array]]
-"""Outputs of one row in the units of their names, each of shape () or (points,), and a status code."""
+"""Outputs of one row in the units of their names, each of shape () or (points,), and a status code. Beside
+them stands `touching.TOUCHING`, where there is a body."""
 
 
 @dataclass(frozen=True)

@@ -29,6 +29,7 @@ from .drives import (
 )
 from .noise import NoiseFor
 from .response import Driver, Response
+from .touching import TOUCHING, past, touching_angle
 
 TOGETHER = 64
 """States side by side, as `solve_batch` has them: more leave the processor's cache."""
@@ -58,14 +59,14 @@ def state_response(
     channels, driver = read_channels(settings, layout.spring_numbers, where)
     noise = noise_for(units_of(channels))
     along = driver is not None
-    names = output_names(layout)
+    names, limit = output_names(layout), touching_angle(specimen, model)
 
     def answer(values: Mapping[str, Array]) -> tuple[dict[str, Array], Array]:
         actuator, effects = body.build(values), body.effects(values)
         now = noise.on({n: driven(n, jnp.asarray(x), values) for n, x in channels.items()}, values)
         varied = {name: x for name, x in now.items() if x.ndim}
         fixed = {name: x for name, x in now.items() if not x.ndim}
-        one = lambda point: state(body, actuator, effects, fixed | point)  # noqa: E731
+        one = lambda point: state(body, actuator, effects, fixed | point, limit)  # noqa: E731
         outputs, status = jax.vmap(one)(varied) if along else one({})
         return outputs, worst(status)
 
@@ -100,7 +101,7 @@ def output_names(layout: pj.Layout) -> tuple[str, ...]:
 
 
 def state(
-    body: Body, actuator: pj.Actuator, effects: tuple, channels: Mapping[str, Array]
+    body: Body, actuator: pj.Actuator, effects: tuple, channels: Mapping[str, Array], limit: float
 ) -> tuple[dict[str, Array], Array]:
     """Outputs of one state in the units of their names, and its status.
 
@@ -109,6 +110,7 @@ def state(
         actuator: built.
         effects: effects that act in it, in their state at the start of a recording.
         channels: pressure and springs [SI], numbers.
+        limit: angle past which the tip may touch the base [deg].
     """
     activations = []
     for number, spring in zip(actuator.spring_numbers, actuator.springs, strict=True):
@@ -124,11 +126,22 @@ def state(
     else:
         found = pj.solve(actuator, channels["pressure"], tuple(activations), throw=False)
         seen = {"curvature": found.curvature, "bend_angle": found.bend_angle, "length": found.length}
-    return described(actuator, found, seen), found.status
+    return described(actuator, found, seen, limit), found.status
 
 
-def described(actuator: pj.Actuator, found: pj.Equilibrium, seen: Mapping[str, Array]) -> dict[str, Array]:
-    """Outputs of a solved row in the units of their names; free bending has a size and a direction."""
+def described(
+    actuator: pj.Actuator, found: pj.Equilibrium, seen: Mapping[str, Array], limit: float
+) -> dict[str, Array]:
+    """Outputs of a solved row in the units of their names, and `TOUCHING`.
+
+    Free bending has a size and a direction.
+
+    Args:
+        actuator: that was solved.
+        found: its equilibrium.
+        seen: readings of instruments.
+        limit: angle past which the tip may touch the base [deg].
+    """
     outputs = {
         "curvature_1pm": seen["curvature"],
         "bend_angle_deg": shown("bend_angle_deg", seen["bend_angle"]),
@@ -145,7 +158,7 @@ def described(actuator: pj.Actuator, found: pj.Equilibrium, seen: Mapping[str, A
             f"force_{number}_N": response.force, f"resistance_{number}_ohm": response.resistance,
             f"xi0_{number}": response.xi0,
         }  # fmt: skip
-    return outputs
+    return outputs | {TOUCHING: past(found.bend_magnitude, limit)}
 
 
 def workspace_response(
@@ -180,7 +193,7 @@ def workspace_response(
         raise InputError(
             f"{where}: a workspace goes over pressure_kPa = {{from, to, points}} and {named[0]} only"
         )
-    driver = Driver(driver.name, driver.values)
+    driver, limit = Driver(driver.name, driver.values), touching_angle(specimen, model)
     noise = noise_for(units_of(channels))
     outputs = ("curvature_largest_1pm", "curvature_smallest_1pm", "bend_angle_largest_deg",
                "bend_angle_smallest_deg")  # fmt: skip
@@ -188,13 +201,13 @@ def workspace_response(
     def answer(values: Mapping[str, Array]) -> tuple[dict[str, Array], Array]:
         actuator, effects = body.build(values), body.effects(values)
         line = noise.on({"pressure": driven("pressure", jnp.asarray(pressure), values)}, values)["pressure"]
-        one = lambda p, x: state(body, actuator, effects, {"pressure": p, f"xi0_{number}": x})  # noqa: E731
+        one = lambda p, x: state(body, actuator, effects, {"pressure": p, f"xi0_{number}": x}, limit)  # noqa: E731
         grid, status = jax.vmap(jax.vmap(one, (None, 0)), (0, None))(line, jnp.asarray(fractions))
         found = {}
         for name, unit in (("curvature", "1pm"), ("bend_angle", "deg")):
             found[f"{name}_largest_{unit}"] = jnp.max(grid[f"{name}_{unit}"], axis=1)
             found[f"{name}_smallest_{unit}"] = jnp.min(grid[f"{name}_{unit}"], axis=1)
-        return found, worst(status)
+        return found | {TOUCHING: jnp.max(grid[TOUCHING], axis=1)}, worst(status)
 
     return Response(
         title=f"workspace of {title_of(specimen, model)}",

@@ -10,6 +10,7 @@ from .correlation import Correlation
 from .failures import Failures
 from .indices import Sums
 from .moments import Moments, Sketches
+from .touching import Touching
 
 
 @dataclass(frozen=True)
@@ -22,6 +23,7 @@ class Summary:
         beyond: rows that have failed a limit, by its words, up to each point, shape (points,).
         failures: counts over all rows.
         indices: sums over blocks; None if no indices are requested.
+        touching: rows in which the body may touch itself, of all rows.
     """
 
     moments: Moments
@@ -30,6 +32,7 @@ class Summary:
     beyond: Mapping[str, np.ndarray]
     failures: Failures
     indices: Sums | None = None
+    touching: Touching = Touching.of()
 
     def merge(self, other: "Summary") -> "Summary":
         """Sums of both parts. The order of parts decides rounding and sketches, so it is always the same."""
@@ -40,12 +43,13 @@ class Summary:
             {words: count + other.beyond[words] for words, count in self.beyond.items()},
             self.failures.merge(other.failures),
             None if self.indices is None else self.indices.merge(other.indices),
+            self.touching.merge(other.touching),
         )
 
     def arrays(self) -> dict[str, np.ndarray]:
         """All sums by name."""
         found: dict[str, np.ndarray] = {}
-        for name in ("moments", "correlation", "failures", "indices"):
+        for name in ("moments", "correlation", "failures", "indices", "touching"):
             part = getattr(self, name)
             if part is not None:
                 found |= {
@@ -91,6 +95,7 @@ class Summary:
             beyond,
             Failures(**part("failures", Failures)),
             indices,
+            Touching(**part("touching", Touching)),
         )
 
 

@@ -8,6 +8,7 @@ from fitting.propagate.rare import RareResult
 
 from ..characterisation import CSV_DIGITS
 from .numbers import INPUT_HEADER, column_table, exceedances, index_table, input_rows, lost
+from .text import touching as words_on_touching
 from .text import verdict
 
 SCHEMA = "pneusma-propagated/1"
@@ -39,6 +40,7 @@ def content(result: Propagation) -> dict[str, Any]:
     problem, failures = result.problem, result.summary.failures
     sampling = problem.study.sampling
     header, rows = column_table(result)
+    touching = result.summary.touching
     found: dict[str, Any] = {
         "schema": SCHEMA,
         "name": problem.study.name,
@@ -62,7 +64,9 @@ def content(result: Propagation) -> dict[str, Any]:
             "share": lost(result),
             "apart": dict(zip(problem.inputs.names, map(float, failures.uneven), strict=True)),
         },
-        "notices": [*problem.cautions, *problem.notices],
+        "touching": {"rows": int(touching.rows), "least_deg": float(touching.least),
+                     "most_deg": float(touching.most)} if touching.rows else None,
+        "notices": [*problem.cautions, *words_on_touching(result), *problem.notices],
     }  # fmt: skip
     if result.summary.indices is not None:
         names, entries = index_table(result)

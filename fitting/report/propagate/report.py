@@ -23,7 +23,7 @@ def report_of(result: Propagation) -> Report:
         title=problem.study.name,
         subtitle=problem.response.title,
         verdict=text.verdict(result),
-        warnings=[*problem.cautions, *problem.notices, *bounds],
+        warnings=[*problem.cautions, *text.touching(result), *problem.notices, *bounds],
         sections=[
             Section("", [problem.study.description]),
             Section("Outputs", [quantity_table(result), *of("band_", "distribution_")]),

@@ -60,6 +60,18 @@ def verdict(result: Propagation) -> list[str]:
     return sentences
 
 
+def touching(result: Propagation) -> list[str]:
+    """Sentence on rows in which the body may touch itself; none where there are no such rows."""
+    found = result.summary.touching
+    if not found.rows:
+        return []
+    angle = " to ".join(dict.fromkeys(f"{end:.3g}" for end in (found.least, found.most)))
+    return [
+        f"In {int(found.rows):,} of {_rows(result.summary.failures.total)} the body bends by {angle} degrees "
+        "in all, and may touch itself. Contact is not modelled, and these rows count as all others do"
+    ]
+
+
 def _with_unit(rare: RareResult, problem: Problem) -> RareResult:
     """A small probability whose limit has its unit."""
     return replace(rare, limit=problem.columns.limit(rare.limit))

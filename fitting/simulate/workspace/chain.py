@@ -15,6 +15,7 @@ import jax.numpy as jnp
 import numpy as np
 
 import pneusma_jax as pj
+from fitting.specimens.cautions import chain_touching_cautions, touching_cautions
 from fitting.specimens.model_objects import BASE
 from fitting.specimens.saved_models import AugmentedModel
 from fitting.specimens.saved_models.left_out import chain_without
@@ -112,6 +113,7 @@ def compute_chain_reach(
         fractions |= {(k, n): chosen[:, i] for i, n in enumerate(space.springs)}
     found = chain_shape(chain, jnp.asarray(np.stack(bends, axis=1)), jnp.asarray(np.stack(lengths, axis=1)))
     cautions = [f"{name}: {sentence}" for name, space in kinds.items() for sentence in space.cautions]
+    cautions += chain_touching_cautions(found, "chains")
     tip = np.asarray(found.end_pose)[:, :3, 3]
     return ChainReach(design.name, np.asarray(pressure)[at], fractions, tip, cautions + without)
 
@@ -145,31 +147,35 @@ def _loaded_reach(
     drives = tuple(
         tuple(fractions[k, n] for n in body.spring_numbers) for k, body in enumerate(chain.segments, 1)
     )
-    tips, good, stable = [], [], []
+    tips, good, stable, touching, bend = [], [], [], [], []
     for start in range(0, at.size, CHUNK):
         rows = np.minimum(np.arange(start, start + min(CHUNK, at.size)), at.size - 1)
         found = _tips(chain, at[rows], jax.tree.map(lambda x, rows=rows: x[rows], drives))
         count = min(CHUNK, at.size - start)
-        for values, more in zip((tips, good, stable), found, strict=True):
+        for values, more in zip((tips, good, stable, touching, bend), found, strict=True):
             values.append(np.asarray(more)[:count])
         progress(count)
-    tip, good, stable = (np.concatenate(values) for values in (tips, good, stable))
+    tip, good, stable, touching, bend = map(np.concatenate, (tips, good, stable, touching, bend))
     lost, shaky = int(np.sum(~good)), int(np.sum(good & ~stable))
     cautions = []
     if lost:
         cautions.append(f"{lost} of {at.size} chains have no result: {pj.Status.no_equilibrium.sentence}")
     if shaky:
         cautions.append(f"{shaky} of {at.size} chains would not stay in their equilibrium: they may buckle")
+    cautions += touching_cautions(bend, good & touching, rows="chains")
     return ChainReach(design.name, at, fractions, tip, cautions)
 
 
 @eqx.filter_jit
-def _tips(chain: pj.SegmentChain, pressure: Any, drives: tuple) -> tuple[Any, Any, Any]:
-    """Tips of many states of a loaded chain [m], a mask of those found, and a mask of the stable ones."""
+def _tips(chain: pj.SegmentChain, pressure: Any, drives: tuple) -> tuple[Any, ...]:
+    """Tips of many states of a loaded chain [m]; masks of those found, of the stable ones, and of those with
+    parts that overlap; and bend angles of all segments together [deg]."""
 
-    def one(pressure: Any, drives: tuple) -> tuple[Any, Any, Any]:
+    def one(pressure: Any, drives: tuple) -> tuple[Any, ...]:
         activations = [tuple(pj.MartensiteFraction(x) for x in drive) for drive in drives]
         found = pj.solve_chain(chain, pressure, activations, throw=False)
-        return found.end_pose[:3, 3], found.converged, found.stable
+        overlap = found.shape.clearance().smallest < 0.0
+        bend = jnp.rad2deg(jnp.linalg.norm(found.shape.bends, axis=-1).sum())
+        return found.end_pose[:3, 3], found.converged, found.stable, overlap, bend
 
     return jax.vmap(one)(pressure, drives)
