@@ -3,11 +3,14 @@
 A row of a recording runs through slots in a fixed order, each a value that the base model hands on unchanged:
 
     actuator   pressure -> [elongation -> phase -> stress -> pull -> resistance] per spring
-                        -> wall, load -> outputs
+                        -> [elastic -> softened -> wall] per fibre, load -> outputs
     spring     [compliance] elongation -> phase -> stress -> pull -> resistance -> outputs
-    wire       temperature -> phase -> stress -> outputs      tube  pressure -> wall, load -> outputs
-    elastomer  [compliance] wall -> outputs
+    wire       temperature -> phase -> stress -> outputs      tube  as actuator
+    elastomer  [compliance] elastic -> softened -> wall -> outputs
     before all rows of a wire: driven                         at the end of all rows: recorded
+
+The silicone's stress goes through three slots. So the elastic stress is whole before anything softens it, and
+softened before anything relaxes, in whatever order effects are given.
 
 An effect is a module with a parameter whose neutral value means absent, and a method for each slot it acts
 at. If it has a history, it also has a memory that is carried from row to row. Effects compose in the order in
@@ -23,14 +26,18 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool
 
+WALL = ("elastic", "softened", "wall")
+"""Slots through which the stress of the silicone goes, in their order."""
+
 
 class Known(eqx.Module):
     """Values of a row that are known when a slot is reached, by name. An unknown name is a `KeyError`.
 
     Row: `time`, `interval`, `pressure`, `temperature`, `cycle`, and the element: `actuator`, `spring`, `wire`
     or `silicone`. Spring: `number` (as recordings count, an int), `elongation`, `gamma`, `xi0`, `gamma_R`,
-    `base_stress`, `stress`, `force`. Wall: `strain`, and the law's stress there, `base`. Configuration:
-    `delta_centre`, `bend`.
+    `base_stress`, `stress`, `force`. Wall: `strain`, the law's stress there, `base`, and, at `wall`, that of
+    the slots before it, `elastic`. Configuration: `delta_centre`, `bend`. After a row, `elastic_at` is a
+    function from base stress and strain to that elastic stress.
     """
 
     values: dict[str, Any] = eqx.field(default_factory=dict)
@@ -139,8 +146,16 @@ class Effect(eqx.Module):
         """Measured resistance [ohm] from that of the active wire."""
         return value
 
+    def elastic(self, value: Array, at: Known, memory: Any) -> Array:
+        """Elastic engineering stress of fibres of the wall [Pa], shape (fibres,), from that of the law."""
+        return value
+
+    def softened(self, value: Array, at: Known, memory: Any) -> Array:
+        """The same after damage, of all of the elastic stress."""
+        return value
+
     def wall(self, value: Array, at: Known, memory: Any) -> Array:
-        """Engineering stress of fibres of the wall [Pa], shape (fibres,)."""
+        """Engineering stress of fibres of the wall [Pa], shape (fibres,), from the elastic one."""
         return value
 
     def load(self, value: tuple[Array, Array], at: Known, memory: Any) -> tuple[Array, Array]:
@@ -232,18 +247,28 @@ class Pipeline(eqx.Module):
 
         return self.where_acting(slot, all_of_them, lambda x: x, value)
 
-    def where_acting(self, slot: str, act: Callable, idle: Callable, *values: Any) -> Any:
-        """`act(*values)` where any effect at a slot is on, `idle(*values)` where all are off; only the one
-        that is needed is computed."""
-        return _chosen([e for e in self.effects if _overrides(e, slot)], act, idle, *values)
+    def elastic_stress(self, base: Array, strain: Array) -> Array:
+        """Elastic stress of fibres of the wall, softened, from that of the law [Pa]; shapes (fibres,)."""
+        elastic = self.apply("elastic", base, strain=strain, base=base)
+        return self.apply("softened", elastic, strain=strain, base=base)
 
-    def acts_at(self, slot: str) -> bool:
-        """True if any effect overrides a slot; decided while tracing."""
-        return any(_overrides(effect, slot) for effect in self.effects)
+    def wall_stress(self, base: Array, strain: Array) -> Array:
+        """Stress of fibres of the wall after all effects, from that of the law [Pa]; shapes (fibres,)."""
+        elastic = self.elastic_stress(base, strain)
+        return self.apply("wall", elastic, strain=strain, base=base, elastic=elastic)
+
+    def where_acting(self, slots: str | tuple[str, ...], act: Callable, idle: Callable, *values: Any) -> Any:
+        """`act(*values)` where any effect at one of the slots is on, `idle(*values)` where all are off; only
+        the one that is needed is computed."""
+        return _chosen([e for e in self.effects if _overrides_any(e, slots)], act, idle, *values)
+
+    def acts_at(self, slots: str | tuple[str, ...]) -> bool:
+        """True if any effect overrides a slot, or one of several; decided while tracing."""
+        return any(_overrides_any(effect, slots) for effect in self.effects)
 
     def remembered(self, **more: Any) -> tuple[Any, ...]:
         """Memories after the row."""
-        at = self.known.also(**more)
+        at = self.known.also(**more, elastic_at=self.elastic_stress)
         pairs = zip(self.effects, self.memories, strict=True)
         return tuple(_acting(effect, "remember", memory, at) for effect, memory in pairs)
 
@@ -254,6 +279,10 @@ def _own(effect: Effect | Switched) -> Effect:
 
 def _overrides(effect: Effect | Switched, method: str) -> bool:
     return getattr(type(_own(effect)), method) is not getattr(Effect, method)
+
+
+def _overrides_any(effect: Effect | Switched, slots: str | tuple[str, ...]) -> bool:
+    return any(_overrides(effect, slot) for slot in ((slots,) if isinstance(slots, str) else slots))
 
 
 def _chosen(acting: list[Effect | Switched], act: Callable, idle: Callable, *values: Any) -> Any:
@@ -278,7 +307,7 @@ PLAIN = Pipeline()
 def changes_equilibrium(effect: Effect) -> bool:
     """True if an effect changes what a specimen does at given phases; false if only readings, or its
     resistance."""
-    slots = ("pressure", "elongation", "temperature", "phase", "stress", "pull", "wall", "load")
+    slots = ("pressure", "elongation", "temperature", "phase", "stress", "pull", *WALL, "load")
     return any(_overrides(effect, slot) for slot in slots)
 
 

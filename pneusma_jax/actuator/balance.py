@@ -18,7 +18,7 @@ from ..nitinol import SpringResponse, SpringState
 from ..nitinol.spring import Activation, LocatedFraction, MartensiteFraction, Resistance, Spring
 from ..numerics.alike import each
 from ..numerics.linear import solve_small
-from ..pipeline import PLAIN, Pipeline
+from ..pipeline import PLAIN, WALL, Pipeline
 from . import Actuator
 
 REFERENCE_MODULUS = 1e5  # Pa, of the order of the silicone's; makes the residual of order one
@@ -128,10 +128,10 @@ def imbalance(
         pull, turn = load.generalised_force(body.length + delta_centre, bend)
         force, moment = force + pull, moment + turn
     pipeline = problem.pipeline.with_known(actuator=body, delta_centre=delta_centre, bend=bend)
-    if pipeline.acts_at("wall"):
+    if pipeline.acts_at(WALL):
         none = jnp.zeros_like(force), jnp.zeros_like(moment)
         excess = lambda *at: wall_excess(body, pipeline, *at)  # noqa: E731
-        more = pipeline.where_acting("wall", excess, lambda *_: none, delta_centre, bend)
+        more = pipeline.where_acting(WALL, excess, lambda *_: none, delta_centre, bend)
         force, moment = force + more[0], moment + more[1]
     return pipeline.apply("load", (force, moment), pressure=problem.pressure)
 
@@ -141,7 +141,7 @@ def wall_excess(body: Actuator, pipeline: Pipeline, delta_centre: Array, bend: A
     places, area = pipeline.known["fibres"] if "fibres" in pipeline.known else body.fibres()
     strain = (delta_centre + places @ bend) / body.length
     base = body.silicone(strain)
-    excess = area * (pipeline.apply("wall", base, strain=strain, base=base) - base)
+    excess = area * (pipeline.wall_stress(base, strain) - base)
     return jnp.sum(excess), excess @ places
 
 

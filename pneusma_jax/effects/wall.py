@@ -30,9 +30,10 @@ def base_law(at: Known) -> Any:
 
 
 class ViscoelasticRelaxation(Effect):
-    """Prony overstress on the base curve as the slow one, relaxed at the first sample; g_k [1], tau_k [s].
+    """Prony overstress on the slow, elastic stress, relaxed at the first sample; g_k [1], tau_k [s].
 
-    Three terms; those whose g is 0 are absent.
+    All of the elastic stress relaxes, with what stiffens or softens it: quasi-linear viscoelasticity. Three
+    terms; those whose g is 0 are absent.
     """
 
     g_1: Array = eqx.field(converter=jnp.asarray, default=0.0)
@@ -50,7 +51,9 @@ class ViscoelasticRelaxation(Effect):
     component: ClassVar[str] = "elastomer"
     kinds: ClassVar[str] = "AET"
     sentence: ClassVar[str] = "The silicone relaxes: its stress depends on how fast and when it was strained."
-    literature: ClassVar[str] = "J. C. Simo, Comput. Methods Appl. Mech. Eng. 60 (1987) 153"
+    literature: ClassVar[str] = (
+        "J. C. Simo, Comput. Methods Appl. Mech. Eng. 60 (1987) 153; Y. C. Fung, Biomechanics (1993)"
+    )
     specs: ClassVar[dict[str, Spec]] = {
         "g_1": Spec(0.0, 0.0, 2.0, 0.1, "1", "overstress over slow stress, first term"),
         "g_2": Spec(0.0, 0.0, 2.0, 0.1, "1", "overstress over slow stress, second term"),
@@ -75,12 +78,13 @@ class ViscoelasticRelaxation(Effect):
 
     def wall(self, value: Array, at: Known, memory: tuple) -> Array:
         """See `Effect.wall`."""
-        over = self._overstress(at["base"], at["interval"], memory)
+        over = self._overstress(at["elastic"], at["interval"], memory)
         return value + jnp.stack([self.g_1, self.g_2, self.g_3]) @ over
 
     def remember(self, memory: tuple, at: Known) -> tuple[Array, Array, Array]:
         """Slow stress and overstress of every fibre."""
-        slow = base_law(at)(fibre_strain(at))
+        strain = fibre_strain(at)
+        slow = at["elastic_at"](base_law(at)(strain), strain)
         return jnp.asarray(1.0), slow, self._overstress(slow, at["interval"], memory)
 
 
@@ -124,8 +128,8 @@ class MullinsSoftening(Effect):
         """Largest tensile strain of every fibre."""
         return jnp.zeros(_fibres(at))
 
-    def wall(self, value: Array, at: Known, memory: Array) -> Array:
-        """See `Effect.wall`; only tension softens."""
+    def softened(self, value: Array, at: Known, memory: Array) -> Array:
+        """See `Effect.softened`; only tension softens."""
         strain = jnp.maximum(at["strain"], 0.0)
         below = jnp.where(memory > strain, memory - strain, 0.0)
         most = jnp.maximum(memory, 1e-6)
@@ -167,8 +171,8 @@ class PermanentSet(Effect):
         still = jnp.zeros(_fibres(at))
         return jnp.asarray(0.0), still, still, still
 
-    def wall(self, value: Array, at: Known, memory: tuple) -> Array:
-        """See `Effect.wall`; the base law at the strain from the new rest length."""
+    def elastic(self, value: Array, at: Known, memory: tuple) -> Array:
+        """See `Effect.elastic`; the base law at the strain from the new rest length."""
         law, strain, (_, _, most, path) = base_law(at), at["strain"], memory
         count = 0.5 * path / jnp.maximum(most, 1e-6)
         rest = self.share * -jnp.expm1(-count / self.cycles) * most
@@ -211,8 +215,8 @@ class StrainStiffening(Effect):
         "c_pull": Spec(0.0, -5e3, 2e4, 2e3, "Pa", "second constant in tension alone", kinds="A"),
     }
 
-    def wall(self, value: Array, at: Known, memory: Any) -> Array:
-        """See `Effect.wall`."""
+    def elastic(self, value: Array, at: Known, memory: Any) -> Array:
+        """See `Effect.elastic`."""
         stretch = jnp.maximum(1.0 + at["strain"], 0.2)
         zero = jnp.zeros_like(self.c_2)
         slow = 2.0 * self.c_log * jnp.log(first_invariant(stretch) / 3.0)

@@ -75,7 +75,7 @@ def simulate_coupon(
             law, pipeline = given
             fibre = jnp.atleast_1d(strain)
             base = law(fibre)
-            return pipeline.apply("wall", base, strain=fibre, base=base)[0]
+            return pipeline.wall_stress(base, fibre)[0]
 
         given = law, pipeline
         if pipeline.acts_at("compliance"):

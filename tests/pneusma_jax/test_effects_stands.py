@@ -11,6 +11,7 @@ from scipy.optimize import brentq
 
 import pneusma_jax as pj
 from pneusma_jax.effects.sensors import ahead
+from pneusma_jax.effects.wall import StrainStiffening, ViscoelasticRelaxation
 
 UP = slice(0, 16)  # the first rise of UP_AND_DOWN
 DOWN = slice(17, 30)
@@ -51,6 +52,52 @@ def test_a_late_channel_shows_what_was(delay):
     bare = without("E")["stress"]
     late = seen("E", {"channel_lag.delay": delay})["stress"]
     np.testing.assert_allclose(late, np.interp(TIME - delay, TIME, bare), rtol=1e-12, atol=1e-9)
+
+
+def relaxed(elastic, share, tau):
+    """An elastic stress with its overstress, by the exact rule of one Maxwell element over each row."""
+    over = np.zeros(len(elastic))
+    for k in range(1, len(elastic)):
+        ratio = (TIME[k] - TIME[k - 1]) / tau
+        over[k] = np.exp(-ratio) * over[k - 1] - np.expm1(-ratio) / ratio * (elastic[k] - elastic[k - 1])
+    return elastic + share * over
+
+
+@pytest.mark.parametrize(
+    "beside",
+    [
+        {"strain_stiffening.c_2": 5e3},
+        {"mullins_softening.depth": 0.5, "strain_stiffening.c_3": 4e2},
+        {"permanent_set.share": 0.05},
+    ],
+)
+def test_all_of_the_elastic_stress_relaxes(beside):
+    """A stiffening named beside a relaxation had not relaxed, nor had a softening softened the overstress."""
+    elastic = np.asarray(seen("E", beside)["stress"])
+    found = seen("E", beside | {"viscoelastic_relaxation.g_1": 0.4, "viscoelastic_relaxation.tau_1": 3.0})
+    np.testing.assert_allclose(found["stress"], relaxed(elastic, 0.4, 3.0), rtol=1e-9, atol=1e-6)
+    assert np.max(np.abs(found["stress"] - elastic)) > 0.02 * np.max(elastic)
+
+
+def test_the_order_of_relaxation_and_stiffening_does_not_matter():
+    """Values and derivatives, of the stress that is left of a held strain."""
+    strain, time = np.array([0.0, 1.0, 1.0, 1.0]), np.array([0.0, 1.0, 4.0, 400.0])
+
+    def held(given):
+        relaxes = ViscoelasticRelaxation(g_1=given[0], tau_1=given[1])
+        pair = relaxes, StrainStiffening(c_2=given[2])
+        both = [pj.simulate_coupon(specimen("E"), strain, time=time, effects=e).rows.stress for e in (pair, pair[::-1])]
+        return jnp.stack(both)
+
+    at = jnp.array([0.3, 5.0, 4e3])
+    (one, other), slopes = jax.jit(lambda x: (held(x), jax.jacfwd(held)(x)))(at)
+    np.testing.assert_allclose(one, other, rtol=1e-12)
+    np.testing.assert_allclose(slopes[0], slopes[1], rtol=1e-9, atol=1e-9)
+    elastic = float(one[-1])
+    fresh = -np.expm1(-1.0 / 5.0) / (1.0 / 5.0)
+    np.testing.assert_allclose(one[1:3] / elastic, 1.0 + 0.3 * fresh * np.exp([0.0, -3.0 / 5.0]), rtol=1e-9)
+    by_g = elastic * fresh  # slope of the peak by g_1, of all of the stress
+    np.testing.assert_allclose(slopes[0][1, 0], by_g, rtol=1e-9)
 
 
 def test_softening_spares_the_virgin_curve_and_halves_below_it():
