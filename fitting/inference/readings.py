@@ -181,13 +181,14 @@ def stated_noise(recording: Recording, quantity: str) -> float | None:
     A stated noise may be that of the instrument, before a logger rounds, or that of the readings. It is that
     of the readings if their variance without rounding (`variance_before_rounding`) is at most the stated one
     less that of `rounding_noise`, and chance. Otherwise rounding is added: too little noise makes misfit.
+    Nothing is added where the recording says that its noise includes rounding.
 
     Args:
         recording: recording whose readings before any reduction are used.
         quantity: name of the output's quantity.
     """
     stated = recording.noise_si(quantity)
-    if not stated:
+    if not stated or recording.noise_includes_rounding:
         return stated
     rounding, before = _memoised(recording.whole, quantity, _rounding)
     held = before <= CHANCE * (stated**2 - rounding**2)
@@ -289,11 +290,15 @@ def _cautions(recording: Recording) -> list[str]:
         if stated and stated < FAR_BELOW * rounding:
             sizes = np.sqrt(12.0) * rounding, rounding, stated, np.hypot(stated, rounding)
             step, least, small, both = (float(from_si(x, unit, difference=True)) for x in sizes)
-            found.append(
-                f"{place}: the stated noise of {small:.3g} {unit} is far below the {least:.3g} {unit} that "
-                f"rounding in steps of {step:.3g} {unit} leaves. Rounding is added to it, so that the "
-                f"readings count with {both:.3g} {unit}"
-            )
+            below = f"{place}: the stated noise of {small:.3g} {unit} is far below the {least:.3g} {unit} "
+            below += f"that rounding in steps of {step:.3g} {unit} leaves"
+            if recording.noise_includes_rounding:
+                found.append(f"{below}. Its file says that rounding is included, so nothing is added")
+            else:
+                found.append(
+                    f"{below}. If it includes rounding, state noise_includes_rounding = true above [noise]. "
+                    f"Rounding is added to it, so that the readings count with {both:.3g} {unit}"
+                )
     return found
 
 

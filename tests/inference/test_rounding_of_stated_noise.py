@@ -1,12 +1,15 @@
 """Readings that a logger rounded, whose noise somebody states as that of the instrument."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
-from fitting.data.recordings import Recording
+from fitting.data.recordings import Recording, read_campaign
 from fitting.inference.channels import block_noise, serial_correlation
 from fitting.inference.noise import rounding_noise
 from fitting.inference.readings import cautions, stated_noise
+from pneusma_jax.errors import InputError
 
 ROWS, SIGMA = 3000, 0.2
 TREND = 20.0 * np.sin(np.linspace(0.0, 9.0, ROWS))
@@ -74,3 +77,27 @@ def test_a_caution_says_that_rounding_far_above_the_noise_counts():
     (said,) = (text for text in cautions([recording]) if "far below the" in text)
     counted = stated_noise(recording, "stress") / 1e3
     assert said.endswith(f"Rounding is added to it, so that the readings count with {counted:.3g} kPa")
+
+
+def test_a_file_may_say_that_its_noise_includes_rounding():
+    """Rounding had been added below an apparent step of the readings, and nobody could deny it."""
+    added = coupon(rounded(2.0))
+    (said,) = (text for text in cautions([added]) if "far below the" in text)
+    assert "noise_includes_rounding = true" in said
+    denied = dataclasses.replace(added, noise_includes_rounding=True)
+    assert stated_noise(denied, "stress") == pytest.approx(1e3 * SIGMA)
+    assert stated_noise(added, "stress") > 2.0e3 * SIGMA
+    (said,) = (text for text in cautions([denied]) if "far below the" in text)
+    assert said.endswith("so nothing is added")
+
+
+@pytest.mark.parametrize(("campaign", "sidecar", "held"), [("true", "", True), ("true", "false", False), ("", "true", True)])
+def test_a_campaign_says_so_of_all_and_a_sidecar_of_its_own(tmp_path, campaign, sidecar, held):
+    key = "noise_includes_rounding = "
+    (tmp_path / "campaign.toml").write_text(f"{key}{campaign}\n" if campaign else "")
+    (tmp_path / "pull.toml").write_text('kind = "elastomer"\n' + (f"{key}{sidecar}\n" if sidecar else ""))
+    (tmp_path / "pull.csv").write_text("strain,stress_kPa\n" + "".join(f"{x / 9},{9 * x}\n" for x in range(10)))
+    assert read_campaign(tmp_path).recordings[0].noise_includes_rounding is held
+    (tmp_path / "pull.toml").write_text(f'kind = "elastomer"\n{key}"yes"\n')
+    with pytest.raises(InputError, match=r"must be true \(nothing is added to \[noise\]\) or false"):
+        read_campaign(tmp_path)

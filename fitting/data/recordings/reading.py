@@ -93,6 +93,7 @@ def read_merged(
         columns=columns,
         notices=notices + more,
         comments=table.comments,
+        noise_includes_rounding=settings.get("noise_includes_rounding", False),
     )
     check_recording(recording, table.rows, where)
     question_units(recording, table.header, table.rows)

@@ -50,6 +50,7 @@ class Recording:
         real: true if measured, false if simulated; None where unstated.
         source: provenance, free text by key (`citation`, `licence`, ...).
         noise: standard deviation of the instrument's noise by canonical column, in that column's unit.
+        noise_includes_rounding: true where a statement says that these numbers hold all that rounding adds.
         geometry: stated geometry by canonical key; `full_geometry` adds the nominal values.
         tolerance: relative standard deviations, complete where given; None where the defaults hold.
         zero: prior standard deviation of a column's zero error by canonical column, in its unit; a fit finds
@@ -81,6 +82,7 @@ class Recording:
     notices: list[str] = field(default_factory=list)
     comments: list[str] = field(default_factory=list)
     reduction: Reduction | None = None
+    noise_includes_rounding: bool = False
     memo: dict[Any, Any] = field(default_factory=dict, init=False, repr=False, compare=False)
     full_scale: dict[str, float] = field(default_factory=dict, init=False, repr=False, compare=False)
 

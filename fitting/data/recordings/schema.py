@@ -224,8 +224,9 @@ TOLERANCE_DEFAULTS = {
 
 SIDECAR_KEYS = (
     "kind", "role", "specimen", "real", "source", "noise", "geometry", "tolerance", "constant", "zero",
+    "noise_includes_rounding",
 )  # fmt: skip
-CAMPAIGN_KEYS = ("title", "tolerance", "geometry", "noise", "constant", "zero")
+CAMPAIGN_KEYS = ("title", "tolerance", "geometry", "noise", "constant", "zero", "noise_includes_rounding")
 NOT_STATED = "not stated"  # Text of a sidecar for an unknown citation or licence
 IMPORTED = "raw_file"  # Key of `[source]` that only import writes
 CLOCK, COUNTED = "clock", "rows counted"

@@ -17,6 +17,11 @@ from .columns import convert, written_unit
 from .table import unusable
 
 COMMAND_LINE = "command line"
+BOTH_WAYS = {
+    "real": ("measured", "simulated"),
+    "noise_includes_rounding": ("nothing is added to [noise]", "rounding may be added to it"),
+}
+"""Keys that are true or false, with the meanings of both."""
 
 
 def read_toml(path: Path) -> dict[str, Any]:
@@ -64,10 +69,11 @@ def check_settings(
     for key, words in (("kind", schema.KINDS), ("role", schema.ROLES)):
         if key in settings:
             checked[key] = _word(settings[key], words, key, where)
-    if "real" in settings:
-        if not isinstance(settings["real"], bool):
-            raise unusable(where, f"real = {settings['real']!r} must be true (measured) or false (simulated)")
-        checked["real"] = settings["real"]
+    for key, (yes, no) in BOTH_WAYS.items():
+        if key in settings:
+            if not isinstance(settings[key], bool):
+                raise unusable(where, f"{key} = {settings[key]!r} must be true ({yes}) or false ({no})")
+            checked[key] = settings[key]
     tables = {
         "source": _check_source,
         "geometry": _check_geometry,
@@ -256,7 +262,8 @@ def merge(campaign: Mapping, sidecar: Mapping, command_line: Mapping) -> dict[st
     complete, so a sidecar's replaces the campaign's as a whole. The command line changes the keys that it
     names. The others stay as they are (the defaults, where no table was given).
     """
-    merged: dict[str, Any] = {key: campaign[key] for key in ("geometry", "tolerance") if key in campaign}
+    shared = ("geometry", "tolerance", "noise_includes_rounding")
+    merged: dict[str, Any] = {key: campaign[key] for key in shared if key in campaign}
     for key, value in sidecar.items():
         merged[key] = {**merged.get(key, {}), **value} if key == "geometry" else value
     for key, value in command_line.items():
