@@ -119,13 +119,17 @@ def _of_prior(entry: Parameter, interval: Mapping[int, tuple[float, float]]) -> 
 
 
 def of_prior_alone(quantity: Quantity) -> Estimate:
-    """A constant that no recording shows, with the error of its prior; in the unit of files."""
+    """A constant that no recording shows, with the error of its prior; in the unit of files.
+
+    Its intervals end where the prior does: a constant that cannot be negative has no negative end.
+    """
     sd, unit = float(np.hypot(quantity.prior.sd, quantity.value - quantity.prior.mean)), quantity.unit
     value = float(constant_from_si(quantity.value, unit))
     error = float(from_si(sd, unit, True))
-    interval = {
-        p: (value - np.sqrt(rise) * error, value + np.sqrt(rise) * error) for p, rise in RISES.items()
-    }
+    ends = (quantity.prior.min, quantity.prior.max)
+    least, most = (float(from_si(end, unit, unit == KELVIN)) for end in ends)
+    halves = {p: float(np.sqrt(rise)) * error for p, rise in RISES.items()}
+    interval = {p: (max(value - half, least), min(value + half, most)) for p, half in halves.items()}
     return Estimate(value, error, unit, False, interval, determined=(False, False), of_prior=1.0)
 
 

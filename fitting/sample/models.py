@@ -12,6 +12,7 @@ from fitting.inference.notes import joined, of_several
 from fitting.inference.parameters import Parameters
 from fitting.specimens import Model, Rows, residual_of, specimen_of, stack
 from fitting.specimens.correlated_noise import spread_of
+from fitting.specimens.rows import held
 from fitting.specimens.with_saved_model import Augmented
 from pneusma_jax.units import from_si
 
@@ -22,7 +23,7 @@ from .target import Target
 NOISE = "Gaussian noise as the recordings state it or as it was estimated"
 ORDERED = "{} keep the order of the fit: terms that change places are the same law."
 HORIZONTAL = ("elongation", "pressure", "strain")
-"""Candidate inputs for the horizontal axis, in order; time where a model has none of them."""
+"""Candidate inputs for the horizontal axis, in order; time where a model has none that moves."""
 
 
 def model_problem(
@@ -99,7 +100,7 @@ def _unit(column: str) -> str:
 def _curve(recording: Recording, rows: Rows, quantity: str) -> Curve:
     column, weight = schema.column_of(recording.kind, quantity), np.asarray(rows.weight[quantity])
     counted = weight > 0.0
-    over = next((name for name in HORIZONTAL if name in rows.inputs), None)
+    over = next((name for name in HORIZONTAL if name in rows.inputs and not held(rows, name)), None)
     x_column = "time_s" if over is None else schema.column_of(recording.kind, over)
     x = np.asarray(rows.time if over is None else rows.inputs[over])
     measured = from_si(np.asarray(rows.measured[quantity]), _unit(column))

@@ -23,6 +23,8 @@ COUNTS = (1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 128)
 FEW_ROWS = (32, 48, 64, 96, 128, 192, 256, 384, 512, 768, 1024)
 FEW_COUNTS = (2, 4, 6, 8, 16, 32, 64, 128)
 """The same for programs that take a minute to compile: fewer shapes, more padding."""
+STANDING = 0.01
+"""Maximum range of the inner half of a drive's values that stands still, over the range of all [1]."""
 CLEAN = "clean"
 """Name in `Rows.extra` of weights by the outputs' own noise, where inputs add some."""
 MARK = "__"
@@ -114,6 +116,19 @@ def with_numbers(rows: Rows, known: Mapping[str, Quantity]) -> Rows:
 def with_extra(rows: Rows, **entries: Any) -> Rows:
     """A recording, or a stack of them, with other entries of its `extra`."""
     return eqx.tree_at(lambda r: r.extra, rows, {**rows.extra, **entries})
+
+
+def held(rows: Rows, drive: str) -> bool:
+    """True if a drive stands still in most rows while the clock runs: over it, they would lie on one line.
+
+    Args:
+        rows: one recording.
+        drive: name of an input.
+    """
+    there = np.asarray(rows.mask)
+    values, time = np.asarray(rows.inputs[drive])[there], np.asarray(rows.time)[there]
+    inner = np.subtract(*np.quantile(values, (0.75, 0.25)))
+    return bool(np.ptp(time) > 0.0 and inner <= STANDING * np.ptp(values))
 
 
 def bucket(count: int) -> int:

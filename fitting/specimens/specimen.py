@@ -38,7 +38,7 @@ from pneusma_jax.pipeline import Effect
 from .correlated_noise import independent
 from .latent import LatentStates, NoLatentStates
 from .priors import NEW_ALLOY
-from .rows import MOST_ROWS, Rows
+from .rows import MOST_ROWS, Rows, held
 from .thermal_runs import FirstHeating
 
 FEWEST = 4
@@ -332,8 +332,11 @@ class Specimen(Model):
         return self
 
     def plotted_over(self, rows: Rows) -> str:
-        """Quantity on the horizontal axis of one recording's outputs; `time` for the clock."""
-        return self.over
+        """Quantity on the horizontal axis of one recording's outputs; `time` for the clock.
+
+        It is the clock, too, where that quantity stands still in most rows.
+        """
+        return "time" if self.over not in rows.inputs or held(rows, self.over) else self.over
 
     def check_diagnosable(self, recording: Recording) -> None:
         """Refuse a recording that can be fitted but not diagnosed.

@@ -95,8 +95,8 @@ def searched(*evidence):
     return SimpleNamespace(named=named, final=SimpleNamespace(slugs=slugs))
 
 
-def told(slug, *confusable):
-    return SimpleNamespace(slug=slug, confusable=list(confusable))
+def told(slug, *confusable, **instead):
+    return SimpleNamespace(slug=slug, confusable=list(confusable), instead=instead)
 
 
 def test_effects_that_the_recordings_do_not_tell_apart_are_separated_first():
@@ -108,8 +108,10 @@ def test_effects_that_the_recordings_do_not_tell_apart_are_separated_first():
 
 def test_the_first_name_is_separated_from_its_best_rival_that_is_not_named_too():
     first, second = evidence_of(CONSTANT, DELAY, ANOTHER), evidence_of(DELAY)
-    pair = leading_pair(searched(first, second), [told(CONSTANT), told(DELAY)])
+    pair = leading_pair(searched(first, second), [told(CONSTANT, **{ANOTHER: 0.2}), told(DELAY)])
     assert [name for name, _ in pair] == [CONSTANT, ANOTHER]
+    hopeless = leading_pair(searched(first, second), [told(CONSTANT, **{ANOTHER: 1e-5}), told(DELAY)])
+    assert hopeless[1] == ("unmodelled", f"model without {CONSTANT}"), "a rival without a chance is not told apart"
     alone = leading_pair(searched(evidence_of(DELAY)), [told(DELAY)])
     assert alone[1] == ("unmodelled", f"model without {DELAY}")
 

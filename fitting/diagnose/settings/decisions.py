@@ -131,7 +131,8 @@ class Share:
 class Probability:
     """Probabilities that are told, and those from which on something is said."""
 
-    least: float = threshold(0.01, "Minimum probability that is told of something unknown, or averaged over.")
+    least: float = threshold(0.01, "Minimum probability that is told of something unknown, averaged over, or "
+                             "separated from a name by the next experiment.")  # fmt: skip
     beside: float = threshold(
         0.25, "Minimum probability of something unknown for it to stand beside names.",
         basis="31 named blind cases: 4 of 7 that left more were wrong or incomplete, 4 of 24 others",

@@ -5,9 +5,12 @@ from fitting.inference.numbers import number
 from ..fit.evidence import inflation_of
 from ..fit.refit import Fit
 from ..search.steps import Explanation
+from ..settings import DEFAULT
 from .next_experiment import best_design
 from .probabilities import UNMODELLED, Found
 from .separating import separating
+
+PROBABILITY = DEFAULT.probability
 
 
 def proposed(explanation: Explanation, found: list[Found]) -> dict | None:
@@ -45,9 +48,9 @@ def leading_pair(
     """The two explanations that a report leaves open first, each by its name and its fit.
 
     A named effect that the recordings do not tell from another one comes first, with that other. Otherwise
-    it is the first name with its best rival. Where `unmodelled` comes first, it is the rival of the likeliest
-    effect that has any evidence. The model without the effect then stands for it, since nothing says how it
-    would act.
+    it is the first name with its best rival that has a chance. Where `unmodelled` comes first, it is the
+    rival of the likeliest effect that has any evidence. The model without the effect then stands for it,
+    since nothing says how it would act.
     """
     if not found:
         return None
@@ -62,7 +65,8 @@ def leading_pair(
             return (one.slug, fits[one.slug]), (alike[0], fits[alike[0]])
     beside = explanation.named.leave_one_out[named[0].slug]
     own = named[0].slug, beside.own.fit
-    rivals = [(t.slug, t.fit) for t in beside.candidates if t.slug not in explanation.final.slugs]
+    likely = {slug for slug, chance in named[0].instead.items() if chance >= PROBABILITY.least}
+    rivals = [(t.slug, t.fit) for t in beside.candidates if t.slug in likely - set(explanation.final.slugs)]
     return own, next(iter([*rivals, (UNMODELLED, beside.base)]))
 
 

@@ -20,8 +20,8 @@ class Status(enum.Enum):
         "The fit ended before it converged: its last steps lowered chi-square by less than was asked for."
     )
     STALLED = (
-        "The fit stopped where no step lowers chi-square although its slope is not zero: "
-        "the residual has a kink or noise there, or its derivative is wrong."
+        "The fit stopped where no step lowers chi-square although its slope is not zero: the model has a "
+        "kink or numerical noise there. These values are the lowest that were found."
     )
     NON_FINITE = (
         "The residual or its derivative is not finite at the starting values; start elsewhere, or set bounds."

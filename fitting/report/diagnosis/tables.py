@@ -14,6 +14,7 @@ from fitting.diagnose.verdict.held_out import HeldOut
 from fitting.diagnose.verdict.probabilities import Found
 from fitting.inference.notes import joined
 from fitting.specimens.rows import of_specimen
+from pneusma_jax.effects import CATALOGUE
 from pneusma_jax.model_discrepancy import unit_of
 from pneusma_jax.units import constant_from_si, from_si
 
@@ -57,14 +58,23 @@ def effect_table(conclusion: Conclusion, found: Found) -> Table:
     """Table of the parameters of an effect that was found."""
     items = {i.name: i for i in conclusion.explanation.program.unknowns.items if i.effect == found.slug}
     rows = []
-    for name, entry in found.parameters.items():
-        item = items[name]
+    for name in in_order(found):
+        item, entry = items[name], found.parameters[name]
         ends = " to ".join(number(float(item.value(end))) for end in (item.low, item.high))
         value = with_error(entry["value"], entry["sd"])
         rows.append([f"{name}: {item.text}", value, entry["unit"], ends])
     notes = [text_of_ends(conclusion, found), text_of_moving(conclusion)] if found.parameters else []
     note = " ".join(filter(None, notes))
     return Table(["parameter", "value ± standard error", "unit", "physical range"], rows, note)
+
+
+def in_order(found: Found) -> list[str]:
+    """Names of an effect's parameters. Terms that may change places stand together, the shortest time first."""
+    there = found.parameters
+    terms = [term for term in CATALOGUE[found.slug].alike if set(term) <= set(there)]
+    terms.sort(key=lambda term: there[term[0]]["value"])
+    of_terms = [name for term in terms for name in sorted(term)]
+    return [*of_terms, *(name for name in there if name not in of_terms)]
 
 
 def text_of_ends(conclusion: Conclusion, found: Found) -> str:
