@@ -42,6 +42,8 @@ from .verdict.text import unstated
 from .verdict.turns import TriedTurns, as_recorded, with_turns
 
 VALUES = DEFAULT.values
+MISREAD = "with a column in another unit or of another sign"
+TURNED = "with turning points between rows"
 T = TypeVar("T")
 
 
@@ -150,7 +152,7 @@ def _search(
         explanation = explain(program, rng, progress, effort, further_starts)
         final, unexplained = explanation.program, far_from_noise(explanation)
         misread = misread_in(
-            final, explanation.base, lambda recordings: rebuilt(final, recordings), unexplained
+            final, explanation.base, lambda recordings: rebuilt(final, recordings, MISREAD), unexplained
         )
         explanation.misread = misread
         if explanation.second_look is not None:  # the verdict may be of this one
@@ -180,8 +182,10 @@ def _made_once(found: Iterator[T]) -> Callable[[], Iterator[T]]:
     return again
 
 
-Rebuilding = Callable[[Program, Sequence[Recording]], Program]
-"""Makes a program of the same campaign, like a given one, from its recordings with other rows or values."""
+Rebuilding = Callable[[Program, Sequence[Recording], str], Program]
+"""Makes a program of the same campaign, like a given one, from its recordings with other rows or values.
+
+The words say with what, for those who wait."""
 
 
 def _rebuilding(
@@ -189,7 +193,7 @@ def _rebuilding(
 ) -> Rebuilding:
     """The `Rebuilding` of a campaign; the arguments are those of `diagnose`, and where its fits begin."""
 
-    def rebuilt(program: Program, recordings: Sequence[Recording]) -> Program:
+    def rebuilt(program: Program, recordings: Sequence[Recording], with_what: str) -> Program:
         whole = dataclasses.replace(campaign, recordings=list(recordings))
         return Program.of(
             whole,
@@ -199,6 +203,7 @@ def _rebuilding(
             held=start.held,
             like=program,
             progress=progress,
+            again=with_what,
         )
 
     return rebuilt
@@ -209,7 +214,7 @@ def _with_turning_points(program: Program, rebuilt: Rebuilding) -> Program | Non
     turned = [with_unsampled_turns(recording) for recording in program.recordings]
     if all(one is other for one, other in zip(turned, program.recordings, strict=True)):
         return None
-    other = rebuilt(program, turned)
+    other = rebuilt(program, turned, TURNED)
     other.tally = program.tally  # a report counts all models that were fitted
     return other
 

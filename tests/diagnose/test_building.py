@@ -37,6 +37,13 @@ def test_a_campaign_of_the_same_shapes_compiles_nothing():
     assert not [text for text in made if f": {TRACING} " in text or f": {COMPILING} " in text]
 
 
+def test_a_second_program_is_said_to_be_one():
+    """Stages had gone from 5 of 5 back to 1 of 5 without a word."""
+    said = []
+    Building(said.append, "actuator", 3, "with turning points between rows").begins()
+    assert said == [f"building the model again, with turning points between rows, stage 1 of 5: {STAGES[0]}"]
+
+
 @pytest.mark.parametrize(
     ("step", "words"), [(TRACING, "once per version"), (COMPILING, "once per version"), (LOADING, "from disk")]
 )

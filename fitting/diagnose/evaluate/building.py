@@ -31,9 +31,11 @@ class Building:
         progress: called with the words, as `inference.progress.Steps` is.
         kind: kind of the recordings.
         effects: number of candidate effects.
+        again: with what a model is built once more, in words; empty for the first one.
     """
 
-    def __init__(self, progress: Callable[[str], None], kind: str, effects: int):
+    def __init__(self, progress: Callable[[str], None], kind: str, effects: int, again: str = ""):
+        self._building = f"building the model again, {again}" if again else "building the model"
         self._progress, self._stage, self._ready = progress, 0, list[int]()
         self._own = f"the laws of kind {kind} and {counted(effects, 'effect')}"
 
@@ -51,7 +53,7 @@ class Building:
     @property
     def _place(self) -> str:
         """The stage that runs, of how many."""
-        return f"building the model, stage {self._stage} of {len(STAGES)}"
+        return f"{self._building}, stage {self._stage} of {len(STAGES)}"
 
     def _made_ready(self, number: int, name: str, step: str) -> None:
         """Say how a program is made ready."""

@@ -92,6 +92,7 @@ class Program:
         held: Collection[str] = (),
         like: "Program | None" = None,
         progress: Callable[[str], None] = lambda _: None,
+        again: str = "",
     ) -> "Program":
         """Build a program.
 
@@ -105,13 +106,14 @@ class Program:
             held: names of constants of the base model that are not free.
             like: program of the same campaign with other rows, whose compiled function is taken over.
             progress: called with the stage that runs, and with what is compiled in it.
+            again: with what another program of the campaign is built again, in words; empty for the first.
 
         Raises:
             InputError: if the recordings cannot be used together, or the model has no answer to any that is
                 fitted.
         """
         specimen = specimen_of(kind)
-        building = Building(progress, kind, len(candidates(kind) if slugs is None else slugs))
+        building = Building(progress, kind, len(candidates(kind) if slugs is None else slugs), again)
         building.begins()
         latent = specimen.latent
         campaign = thinned(campaign, specimen.most_rows_with_effects)

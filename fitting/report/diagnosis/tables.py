@@ -69,7 +69,7 @@ def effect_table(conclusion: Conclusion, found: Found) -> Table:
 
 
 def in_order(found: Found) -> list[str]:
-    """Names of an effect's parameters. Terms that may change places stand together, the shortest time first."""
+    """Names of an effect's parameters. Numbers of a term stand together, the shortest time first."""
     there = found.parameters
     terms = [term for term in CATALOGUE[found.slug].alike if set(term) <= set(there)]
     terms.sort(key=lambda term: there[term[0]]["value"])
