@@ -107,7 +107,7 @@ def _table() -> dict[str, Unit]:
             "1/m": 1.0, "1/cm": 1e2, "1/mm": 1e3, "1/in": 1.0 / _INCH, "1/ft": 1.0 / (12.0 * _INCH),
         },
         "current": {"A": 1.0, "mA": 1e-3, "uA": 1e-6},
-        "voltage": {"V": 1.0, "mV": 1e-3},
+        "voltage": {"V": 1.0, "mV": 1e-3, "uV": 1e-6},
         "power": {"W": 1.0, "mW": 1e-3},
         "resistance": {"ohm": 1.0, "mohm": 1e-3, "kohm": 1e3},
         "resistance per length": {"ohm/m": 1.0, "ohm/cm": 1e2, "mohm/mm": 1.0},

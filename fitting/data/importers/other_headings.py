@@ -33,9 +33,16 @@ _LENGTHS = re.compile(r"länge|laenge|length|longueur|longitud|lunghezza|长度|
 _NOT_A_LENGTH = re.compile(
     r"\b(?:rest|free|gauge|gage|wave\w*|cable|arm|stroke|step|clamped|initiale?|iniziale|inicial|repos|riposo|"
     r"reposo|ruhe\w*|anfangs\w*|ausgangs\w*|mess\w*|einspann\w*|klemm\w*|kabel\w*|wellen\w*|over|per|diameter|"
-    r"durchmesser|diamètre|diametro|diámetro)\b|/|初始|原始"
+    r"durchmesser|diamètre|diametro|diámetro|\w*radius|rayon|raggio|radio|[xyz]|position|coordinate|thickness|"
+    r"width|wanddicke|breite)\b|/|初始|原始"
 )
-"""Words for a length that is no reading of a tube's: a size, a wave's, a cable's."""
+"""Words for a length that is no reading of a tube's: a size, a wave's, a cable's, a place."""
+_RADIUS = re.compile(
+    r"\bradius of (?:curvature|bend(?:ing)?)\b|\b(?:curvature|bend(?:ing)?) radius\b|"
+    r"\b(?:krümmungs|kruemmungs|biege)radius\b|"
+    r"\brayon de courbure\b|\braggio di curvatura\b|\bradio de curvatura\b"
+)
+"""Words for one over the curvature."""
 _A_SIZE = re.compile(
     r"\b(?:gau?ge|thickness|width|height|depth|diameter|radius|gap|grain|wave\w*|dicke|breite|höhe|durchmesser|"
     r"spalt|korn\w*|épaisseur|largeur|diamètre)\b"
@@ -230,7 +237,13 @@ def advised(headings: Sequence[Heading], taken: Collection[int], found: Collecti
     by = "units or names" if set(advice.values()) & unitless else "units"
     head = f", or head them {names}" if advice else ""
     perhaps = [*advice.values(), *gaps.values()]
-    return f"by their {by} perhaps {' '.join(perhaps)}{head}" if perhaps else ""
+    said = [f"by their {by} perhaps {' '.join(perhaps)}{head}"] if perhaps else []
+    if not {*found} & _SHAPES:
+        said += [
+            f"{h.text!r} is one over the curvature: write that into a column headed 'Curvature (1/m)'"
+            for h in others if _RADIUS.search(h.name)
+        ]  # fmt: skip
+    return "; ".join(said)
 
 
 def _stress_and_strain(others: Sequence[Heading], found: Collection[str]) -> dict[str, Heading]:

@@ -37,6 +37,7 @@ _SPELLINGS = {
     "newton": "N", "newtons": "N", "lb": "lbf", "lbs": "lbf", "lbsf": "lbf", "pounds": "lbf", "oz": "ozf",
     "ounces": "ozf",
     "grams": "g", "gram": "g", "gr": "g", "gmf": "gf", "kgs": "kg", "kp": "kgf", "µn": "uN",
+    "µv": "uV", "µa": "uA",
     "pascal": "Pa", "pascals": "Pa", "n/m^2": "N/m2", "n/mm^2": "N/mm2", "kg/cm2": "kgf/cm2",
     "kg/mm2": "kgf/mm2",
     "kp/cm2": "kgf/cm2", "at": "kgf/cm2", "g/cm2": "gf/cm2", "g/mm2": "gf/mm2", "lb/in2": "psi",

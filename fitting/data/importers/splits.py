@@ -115,9 +115,9 @@ def _by_groups(grid: Grid) -> list[Part]:
         return []
     groups, named = _groups(grid, meanings, repeated, columns_of[outputs[0]])
     twins, all_groups = {}, groups
-    if shapes and not named:
-        if not _one_after_another(list(groups.values())):
-            return []
+    if shapes and not named and not _one_after_another(list(groups.values())):
+        return []
+    if not named:
         twins = _twins(grid, groups)
         groups = {name: columns for name, columns in groups.items() if name not in twins}
     if len(groups) < 2:
@@ -130,13 +130,13 @@ def _by_groups(grid: Grid) -> list[Part]:
     ]
     notices = [f"columns of no specimen, left aside: {', '.join(map(repr, aside))}"] if aside else []
     notices += [
-        f"columns {_numbers(all_groups[name])} repeat columns {_numbers(groups[first])}: left aside"
+        _repeating(all_groups[name], groups[first])
         for name, first in twins.items()
     ]
     if shapes and not named:
         notices.append(_as_specimens(grid, groups, columns_of, once))
     if not named and not any(key[0] in _DRIVERS for key in repeated):
-        labels = ", ".join(repr(grid.headings[c].text) for c in columns_of[outputs[0]])
+        labels = ", ".join(repr(grid.headings[c].text) for c in columns_of[outputs[0]] if c in taken)
         notices.append(
             f"check: {labels} were taken as those of {len(groups)} specimens, each with the other columns; if"
             " all are of one, --specimen picks the column that counts"
@@ -187,6 +187,13 @@ def _twins(grid: Grid, groups: dict[str, list[int]]) -> dict[str, str]:
                 twins[name] = first
                 break
     return twins
+
+
+def _repeating(columns: list[int], others: list[int]) -> str:
+    """Notice about columns that repeat the numbers of as many others."""
+    one = len(columns) == 1
+    verb, noun = ("repeats", "column") if one else ("repeat", "columns")
+    return f"{noun} {_numbers(columns)} {verb} {noun} {_numbers(others)}: left aside"
 
 
 def _numbers(columns: list[int]) -> str:

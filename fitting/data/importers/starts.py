@@ -32,11 +32,23 @@ def notice_start(columns: dict[str, np.ndarray], pair: tuple[str, str], making: 
     if finite.sum() < 8 or not finite[0]:
         return
     x, y = drive[finite], force[finite]
+    if "time_s" not in columns and _only_returns(x):
+        making.warn(
+            f"without a clock the order of rows is that of time, and {pair[0].removesuffix('_mm')} falls "
+            "from the first row to the last, though a specimen begins at rest. If the newest row stands first, "
+            "turn the rows round"
+        )
     if making.kind == "spring":
         _is_a_position(x, y, making)
     elif _begins_elsewhere(x, making) or _crosses(x, y, pair, making):
         return
     _notice_rest(x, y, pair, making)
+
+
+def _only_returns(x: np.ndarray) -> bool:
+    """True for a strain or elongation that never grows, from its largest in the first row to about none."""
+    size = np.abs(x)
+    return bool(np.all(np.diff(size) <= 0.0) and size[-1] <= AT_START * size[0])
 
 
 def _begins_elsewhere(x: np.ndarray, making: Making) -> bool:

@@ -44,15 +44,25 @@ def rows_between(fields: Rows, remarks: Sequence[int]) -> list[str]:
     ]
 
 
-def statistics_told(lines: Lines, top: int, end: int) -> list[str]:
-    """A notice about labelled rows of statistics of a table, which were left out."""
-    told = [i for i in lines.statistics if top <= i < end]
-    if not told:
-        return []
-    return [
-        f"check: {counted(len(told), 'row of statistics was', 'rows of statistics were')} left out:"
-        f" {_examples(lines.statistics, told)}"
-    ]
+def statistics_told(lines: Lines, begin: int, top: int, end: int) -> list[str]:
+    """Notices about labelled rows of statistics, which were left out of a table or stand above its headings.
+
+    Args:
+        lines: the page.
+        begin: first row that belongs to the table, of headings or above them.
+        top: first row of numbers.
+        end: row behind the last one.
+    """
+    notices = []
+    if told := [i for i in lines.statistics if top <= i < end]:
+        notices.append(
+            f"check: {counted(len(told), 'row of statistics was', 'rows of statistics were')} left out:"
+            f" {_examples(lines.statistics, told)}"
+        )
+    if above := [i for i in lines.statistics if begin <= i < top]:
+        what = counted(len(above), "row of statistics", "rows of statistics")
+        notices.append(f"{what} above the headings left aside: {_examples(lines.statistics, above)}")
+    return notices
 
 
 def label_of(row: list[str]) -> str:

@@ -153,7 +153,7 @@ def _grid_of(lines: Lines, begin: int, end: int) -> Grid | None:
     notices = [
         f"{counted(len(keep), 'row')} of {described}",
         *(["decimal commas"] if lines.decimal == "," else []), *notices, *beside,
-        *dropped_rows(lines, keep, dropped, width), *statistics_told(lines, top, end),
+        *dropped_rows(lines, keep, dropped, width), *statistics_told(lines, begin, top, end),
     ]  # fmt: skip
     whole = lines.page.is_sheet or _heads_all(lines, top, width)
     longer = [] if whole else [i for i in keep if len(fields[i]) > stated > 0]
