@@ -35,8 +35,8 @@ def notice_start(columns: dict[str, np.ndarray], pair: tuple[str, str], making: 
     if "time_s" not in columns and _only_returns(x):
         making.warn(
             f"without a clock the order of rows is that of time, and {pair[0].removesuffix('_mm')} falls "
-            "from the first row to the last, though a specimen begins at rest. If the newest row stands first, "
-            "turn the rows round"
+            "from the first row to the last, though a specimen begins at rest. If the newest row stands "
+            "first, turn the rows round"
         )
     if making.kind == "spring":
         _is_a_position(x, y, making)
