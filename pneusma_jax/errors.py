@@ -51,7 +51,8 @@ def nearest(name: str, known: Iterable[str]) -> str:
     """
     known = sorted(set(known))
     beginnings = {one[: len(name) + 1]: one for one in known}  # of a name that is only begun
-    close = difflib.get_close_matches(name, known, n=1, cutoff=0.6)
+    close = [one for one in known if one.casefold() == name.casefold()]
+    close += difflib.get_close_matches(name, known, n=1, cutoff=0.6)
     close += [beginnings[x] for x in difflib.get_close_matches(name, beginnings, n=1, cutoff=0.8)]
     if close:
         return f"did you mean {close[0]!r}?"

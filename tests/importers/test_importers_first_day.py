@@ -1,9 +1,12 @@
 """Files as laboratories have them: a right answer or one clear line, and nothing without a word."""
 
+import openpyxl
 import pytest
 from answers import SPRING, checks, refusal
 
-from fitting.data.importers import import_file, import_tests
+from fitting.data.importers import import_file, import_tests, make_options
+from fitting.data.recordings import read_campaign
+from pneusma_jax.errors import InputError, nearest
 
 
 def written(tmp_path, text, name="raw.csv"):
@@ -72,3 +75,18 @@ def test_microvolts_over_microamperes_are_a_resistance(tmp_path):
     rows = "".join(f"{k},{2 * k},{0.05 * k:.2f},{3300 + 10 * k},1000\n" for k in range(9))
     found = import_file(written(tmp_path, f"Time (s),Extension (mm),Force (N),Voltage (µV),Current (µA)\n{rows}"))
     assert found.columns["resistance_ohm"][[0, -1]] == pytest.approx([3.3, 3.38])
+
+
+def test_a_sheet_is_found_by_a_name_whose_spaces_nobody_sees(tmp_path):
+    book = openpyxl.Workbook()
+    book.active.title = "Run 1 (slow) "
+    for line in SPRING.splitlines():
+        book.active.append([float(x) if x[0].isdigit() else x for x in line.split(",")])
+    book.save(tmp_path / "runs.xlsx")
+    assert len(import_file(tmp_path / "runs.xlsx", make_options(sheet="run 1 (slow)"))) == 8
+    with pytest.raises(InputError, match="this is a workbook, not a CSV; `pneusma import` makes recordings"):
+        read_campaign(tmp_path / "runs.xlsx")
+
+
+def test_a_name_in_other_capitals_is_offered():
+    assert nearest("PneuSMA2", ["pneusma1", "pneusma2", "triad"]) == "did you mean 'pneusma2'?"

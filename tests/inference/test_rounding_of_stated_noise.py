@@ -99,5 +99,9 @@ def test_a_campaign_says_so_of_all_and_a_sidecar_of_its_own(tmp_path, campaign, 
     (tmp_path / "pull.csv").write_text("strain,stress_kPa\n" + "".join(f"{x / 9},{9 * x}\n" for x in range(10)))
     assert read_campaign(tmp_path).recordings[0].noise_includes_rounding is held
     (tmp_path / "pull.toml").write_text(f'kind = "elastomer"\n{key}"yes"\n')
+    (tmp_path / "campaign.toml").write_text(f"[noise]\n{key}true\n")
+    with pytest.raises(InputError, match="move its line above all tables"):
+        read_campaign(tmp_path)
+    (tmp_path / "campaign.toml").unlink()
     with pytest.raises(InputError, match=r"must be true \(nothing is added to \[noise\]\) or false"):
         read_campaign(tmp_path)

@@ -35,6 +35,8 @@ def refusal(call, *args):
         (COUPON + "0,0,0\n1,0,1,5\n", ["row 3", "4 fields", "decimal mark must be a point"]),
         ("# a\n# b\n" + COUPON + "0,0,0\n1,abc,5\n", ["row 5, column strain", "'abc' is not a number", "empty"]),
         (COUPON + "0,0,0\n\n1,0.1,1_000\n", ["row 4, column stress_kPa", "'1_000' is not a number"]),
+        (COUPON + '0,0,0\n1,"0,1",5\n', ["row 3, column strain", "'0,1' is not a number", "`pneusma import` reads such"]),
+        (COUPON + "00:00:01,0,0\n", ["row 2, column time_s", "'00:00:01' is not", "`pneusma import` reads such files"]),
         (COUPON + "0,0,0\n1,0.1,inf\n", ["row 3, column stress_kPa", "'inf'"]),
         (COUPON + '0,0,0\n1,"0.1,5\n', ["row 3", "not a comma-separated row"]),
         ("time_s,strain,strain,stress_kPa\n0,0,0,0\n", ["row 1, column strain", "there twice"]),

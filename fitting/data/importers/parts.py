@@ -152,7 +152,7 @@ def _page_named(raw: RawFile, sheet: str) -> list[Page]:
         )
     names = [page.name for page in raw.pages]
     for at, name in enumerate(names):
-        if name.casefold() == sheet.casefold():
+        if name.strip().casefold() == sheet.strip().casefold():
             return [raw.pages[at]]
     if sheet.isdecimal() and 1 <= int(sheet) <= len(names):
         return [raw.pages[int(sheet) - 1]]

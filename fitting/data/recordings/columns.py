@@ -1,6 +1,7 @@
 """Conversion of a CSV file's columns to the canonical ones of a kind, and inference of an unstated kind."""
 
 import difflib
+import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
@@ -199,7 +200,9 @@ def _check_present(table: Table, kind: str, assigned: set[str], unknown: list[st
     for canonical in rules.required:
         if canonical not in assigned:
             close = difflib.get_close_matches(canonical, unknown, n=1, cutoff=0.6)
-            hint = f"; is it the one named {close[0]!r}?" if close else ""
+            hint = f"; perhaps it is the one named {close[0]!r}" if close else ""
+            if any(re.search(r"[\[(/]", name) for name in unknown):
+                hint += "; `pneusma import` reads headings with units, and makes a recording of them"
             raise unusable(
                 table.path,
                 f"a recording of kind {kind} needs the column {canonical}{hint}{_remark(table, kind)}. What"

@@ -78,7 +78,7 @@ def check_settings(
         "source": _check_source,
         "geometry": _check_geometry,
         "tolerance": _check_tolerance,
-        "noise": None,
+        "noise": _check_noise_alone,
         "constant": _check_constant,
         "zero": _check_zero,
     }
@@ -86,7 +86,7 @@ def check_settings(
         if key in settings:
             if not isinstance(settings[key], Mapping):
                 raise unusable(where, f"{key} must be a table, [{key}] with one key a line")
-            checked[key] = check(settings[key], where) if check else dict(settings[key])
+            checked[key] = check(settings[key], where)
     return checked
 
 
@@ -242,6 +242,13 @@ def _check_tolerance(table: Mapping[str, Any], where: Path | str) -> dict[str, f
 
 def _check_constant(table: Mapping[str, Any], where: Path | str) -> dict[str, float]:
     return {key: finite_number(value, f"[constant] {key}", where) for key, value in table.items()}
+
+
+def _check_noise_alone(table: Mapping[str, Any], where: Path | str) -> dict[str, Any]:
+    for key in BOTH_WAYS:
+        if key in table:
+            raise unusable(where, f"{key} is no column: move its line above all tables, to the file's top")
+    return dict(table)
 
 
 def _check_zero(table: Mapping[str, Any], where: Path | str) -> dict[str, float]:

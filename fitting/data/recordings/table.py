@@ -3,6 +3,7 @@
 import csv
 import io
 import math
+import re
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -104,6 +105,10 @@ def _read_text(path: Path) -> str:
     try:
         return raw.decode("utf-8-sig")
     except UnicodeDecodeError as error:
+        if raw.startswith(_BOOKS):
+            raise unusable(
+                path, "this is a workbook, not a CSV; `pneusma import` makes recordings of its sheets"
+            ) from None
         row = raw[: error.start].count(b"\n") + 1
         raise unusable(
             path,
@@ -171,6 +176,12 @@ def _drop_nameless(table: Table) -> None:
     table.notices.append("an empty column without a name was left out")
 
 
+_BOOKS = (b"PK\x03\x04", b"\xd0\xcf\x11\xe0")
+"""First bytes of workbooks: `.xlsx` and `.ods`, and `.xls`."""
+_RAW = re.compile(r"[-+−]?\d+(?:[.\s]\d{3})*,\d+(?:e[-+]?\d+)?|\d+(?::\d\d)+(?:[.,]\d+)?", re.IGNORECASE)
+"""Numbers with a decimal comma, and readings of a clock."""
+
+
 def numbers(table: Table, name: str) -> np.ndarray:
     """Column as numbers, NaN where the field is empty (or says nan).
 
@@ -189,9 +200,12 @@ def numbers(table: Table, name: str) -> np.ndarray:
         try:
             values[i] = parse_number(text)
         except ValueError:
+            raw = _RAW.fullmatch(text.strip())
+            advice = "`pneusma import` reads such files" if raw else (
+                "leave the field empty if the sample is missing"
+            )
             raise unusable(
-                table.path, f"{text[:40]!r} is not a number; leave the field empty if the sample is missing",
-                table.rows[i], name,
+                table.path, f"{text[:40]!r} is not a number; {advice}", table.rows[i], name
             ) from None  # fmt: skip
     return values
 
