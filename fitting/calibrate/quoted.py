@@ -127,7 +127,7 @@ def of_prior_alone(quantity: Quantity) -> Estimate:
     value = float(constant_from_si(quantity.value, unit))
     error = float(from_si(sd, unit, True))
     ends = (quantity.prior.min, quantity.prior.max)
-    least, most = (float(from_si(end, unit, unit == KELVIN)) for end in ends)
+    least, most = (float(constant_from_si(end, unit)) for end in ends)
     halves = {p: float(np.sqrt(rise)) * error for p, rise in RISES.items()}
     interval = {p: (max(value - half, least), min(value + half, most)) for p, half in halves.items()}
     return Estimate(value, error, unit, False, interval, determined=(False, False), of_prior=1.0)

@@ -142,8 +142,8 @@ class Probability:
         "unknown behind names.",
     )  # fmt: skip
     tentative: float = threshold(
-        0.7, "Maximum probability for what lacks settled evidence or support outside the fit, ends at a "
-        "bound, or for nothing missing; minimum where names leave too much.",
+        0.7, "Maximum probability for what lacks settled evidence or outside support, ends at a bound, or "
+        "for nothing missing; minimum where names leave too much.",
         basis="seed 952: of 26 springs in which nothing was found, 17 had nothing missing",
     )  # fmt: skip
     sure: float = threshold(
