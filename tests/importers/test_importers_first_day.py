@@ -55,6 +55,14 @@ def test_places_of_the_tip_are_no_length(tmp_path):
     assert "'Tip X (mm)', 'Tip Y (mm)'" in line and "--map length" not in line
 
 
+def test_a_clock_that_most_rows_lack_is_asked_about(tmp_path):
+    """Nine of twelve rows had gone with a note alone."""
+    rows = "".join(f"{k if k % 4 == 0 else ''},{k / 2},{k / 9:.3f},{3.3 + k / 99:.3f}\n" for k in range(12))
+    path = written(tmp_path, "Time [s],Extension [mm],Force [N],Resistance [Ohm]\n" + rows)
+    (asked,) = checks(import_file(path))
+    assert asked.startswith("check: 9 of 12 rows have readings and no time") and "fill the clock in" in asked
+
+
 def test_statistics_above_the_headings_are_told(tmp_path):
     found = import_file(written(tmp_path, f"Average,7,0.35,3.3\n{SPRING}"))
     assert "1 row of statistics above the headings left aside: 'Average' (row 1)" in found.notices

@@ -382,6 +382,12 @@ def _drop_empty(
     data = [values for name, values in columns.items() if name != "time_s"]
     empty = np.all([np.isnan(values) for values in data], axis=0)
     if "time_s" in columns:
+        untimed = np.isnan(columns["time_s"]) & ~empty
+        if 2 * untimed.sum() > untimed.size:
+            making.warn(
+                f"{untimed.sum()} of {untimed.size} rows have readings and no time, and were left out: fill "
+                "the clock in, or take its column out and state the seconds between rows with --interval"
+            )
         empty = empty | np.isnan(columns["time_s"])
     if empty.all():
         raise unusable(
