@@ -210,9 +210,14 @@ class Model:
         """Objectives and constraints as those of `evaluate`, without derivatives."""
         return self._at(self._values, places, size)
 
+    @property
+    def _draws_together(self) -> int:
+        """Number of draws that are computed side by side."""
+        return max(1, ROWS // len(self.states.names))
+
     @cached_property
     def _spread(self) -> object:
-        size = max(1, ROWS // len(self.states.names))
+        size = self._draws_together
 
         def spread(place: Array, draws: dict, materials: tuple) -> tuple[Array, Array]:
             one = lambda draw: self.outputs(place, draw, materials)[:2]  # noqa: E731
@@ -222,8 +227,11 @@ class Model:
 
     def spread(self, place: np.ndarray, draws: Draws) -> tuple[np.ndarray, np.ndarray]:
         """Objectives and constraint rows of every draw at one place, see `outputs`."""
-        found = self._spread(jnp.asarray(place), jax.tree.map(jnp.asarray, draws.tree()), self.materials)
-        return tuple(np.asarray(x) for x in found)
+        side_by_side = self._draws_together
+        whole = -(-draws.count // side_by_side) * side_by_side if draws.count > side_by_side else draws.count
+        lot = filled(draws.tree(), whole)  # a last lot of another size would be compiled by itself
+        found = self._spread(jnp.asarray(place), jax.tree.map(jnp.asarray, lot), self.materials)
+        return first_rows(tuple(found), draws.count)
 
     def solve_states(self, place: np.ndarray) -> tuple[Body, list[Solved]]:
         """The body at a place and all its states, for figures."""

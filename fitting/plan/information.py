@@ -18,6 +18,8 @@ from pneusma_jax.program_cache import stored_jit
 
 from .candidates import COLD, HEATED, HOT, LATENT_ROWS, Courses
 
+TOGETHER = 16  # Number of tests that are computed side by side
+
 
 def held_phase(alloy: pj.Alloy, gamma: Array, share: Array) -> Array:
     """Martensite fraction of a wire whose resistance a slow, ideal controller holds, shape (rows,).
@@ -74,7 +76,7 @@ def information(
 
     def each(alloy: dict[str, Array]) -> Array:
         one = lambda test: _information(alloy, names, scale, geometry, test, noise, misfit)  # noqa: E731
-        return jax.lax.map(one, tests, batch_size=16)
+        return jax.lax.map(one, tests, batch_size=TOGETHER)
 
     return jax.lax.map(each, dict(constants))
 

@@ -5,7 +5,6 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-import equinox as eqx
 import jax
 import numpy as np
 
@@ -16,9 +15,12 @@ from fitting.specimens.model_objects import BASE
 from fitting.specimens.saved_models import AugmentedModel
 from fitting.specimens.saved_models.left_out import of_states_at_rest
 from pneusma_jax.actuator.designs import design_gravity
+from pneusma_jax.actuator.result import Validity
 from pneusma_jax.calibration import named_table
 from pneusma_jax.model_discrepancy import CHANNELS
+from pneusma_jax.nitinol.spring import SpringResponse
 from pneusma_jax.pipeline import Effect
+from pneusma_jax.program_cache import stored_jit
 from pneusma_jax.simulate.rest import solve_at_rest
 from pneusma_jax.units import from_si
 
@@ -253,7 +255,7 @@ def _in_chunks(
     return jax.tree.map(lambda *lots: np.concatenate(lots), *found)
 
 
-@eqx.filter_jit
+@stored_jit(pj.Equilibrium, Validity, SpringResponse)
 def _at_rest(
     actuator: pj.Actuator, pressure: Any, given: tuple, effects: tuple[Effect, ...], gravity: Any
 ) -> tuple[pj.Equilibrium, dict[str, Any]]:
