@@ -215,6 +215,20 @@ def test_text_with_a_separator_or_suffix_is_a_path(tmp_path, monkeypatch):
     assert load_calibration(Path("mine.toml"), kind="alloy").path == Path("mine.toml")
 
 
+def test_a_table_is_parsed_once_and_a_changed_file_again(tmp_path, monkeypatch):
+    path, parsed = tmp_path / "a.toml", []
+    text = (resources.files("calibration_data") / "krl35.toml").read_text()
+    parse = pneusma_jax.calibration.parse_calibration
+    monkeypatch.setattr(pneusma_jax.calibration, "parse_calibration", lambda *given: parsed.append(1) or parse(*given))
+    path.write_text(text)
+    first = load_calibration(path)
+    first.quantities.pop("G_m")  # which no other reader notices
+    first.text["name"] = "mine"
+    assert "G_m" in load_calibration(path).quantities and "name" not in load_calibration(path).text and len(parsed) == 1
+    path.write_text(text.replace('name = "krl35"', 'name = "another"'))
+    assert load_calibration(path).name == "another" and len(parsed) == 2
+
+
 def test_a_missing_file(tmp_path):
     assert refusal(tmp_path / "absent.toml").endswith("there is no such file")
 

@@ -11,14 +11,16 @@ from collections.abc import Mapping
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Float
 
 import pneusma_jax as pj
+from pneusma_jax.numerics.rows import lots
 from pneusma_jax.program_cache import stored_jit
 
 from .candidates import COLD, HEATED, HOT, LATENT_ROWS, Courses
 
-TOGETHER = 16  # Number of tests that are computed side by side
+TOGETHER = 16  # Number of tests that are computed side by side; a last lot is filled up
 
 
 def held_phase(alloy: pj.Alloy, gamma: Array, share: Array) -> Array:
@@ -47,7 +49,6 @@ def phase_course(alloy: pj.Alloy, gamma: Array, test: Courses) -> Array:
     return jnp.where(test.hold == HEATED, 1.0 - test.warmth, course)
 
 
-@stored_jit()
 def information(
     constants: Mapping[str, Float[Array, "draws"]],
     names: tuple[str, ...],
@@ -57,7 +58,7 @@ def information(
     noise: Float[Array, "2"],
     misfit: Float[Array, ""],
     repeats: Float[Array, ""],
-) -> Float[Array, "draws tests unknowns unknowns"]:
+) -> Float[np.ndarray, "draws tests unknowns unknowns"]:
     """Fisher information of each test at each alloy about unknown constants, in units of their scales.
 
     Args:
@@ -65,18 +66,35 @@ def information(
         names: names of the unknown constants.
         scale: prior standard deviation of each, SI, shape (unknowns,).
         geometry: geometry of the spring.
-        tests: tests as arrays.
+        tests: tests as arrays, any number; one program serves all numbers of tests.
         noise: standard deviations of force [N] and of resistance [ohm].
         misfit: standard deviation of the law's own error [1], equal in every repeat. It is a share of the
             force, and of the contrast in resistance between both phases at rest.
         repeats: number of averaged repeats of each test.
     """
+    rest = noise, misfit, repeats
+    found = [_of_lot(constants, names, scale, geometry, lot, *rest) for lot in lots(tests, TOGETHER)]
+    return np.concatenate(found, axis=1)[:, : len(tests.mask)]
+
+
+@stored_jit()
+def _of_lot(
+    constants: Mapping[str, Array],
+    names: tuple[str, ...],
+    scale: Array,
+    geometry: pj.SpringGeometry,
+    tests: Courses,
+    noise: Array,
+    misfit: Array,
+    repeats: Array,
+) -> Array:
+    """`information` of `TOGETHER` tests."""
     tests = eqx.tree_at(lambda t: t.phase_sd, tests, tests.phase_sd / jnp.sqrt(repeats))
     noise = noise / jnp.sqrt(repeats)
 
     def each(alloy: dict[str, Array]) -> Array:
         one = lambda test: _information(alloy, names, scale, geometry, test, noise, misfit)  # noqa: E731
-        return jax.lax.map(one, tests, batch_size=TOGETHER)
+        return jax.vmap(one)(tests)
 
     return jax.lax.map(each, dict(constants))
 

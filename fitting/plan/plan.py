@@ -15,13 +15,12 @@ from fitting.inference.results import Result
 from fitting.specimens.model_objects import geometry_of
 from fitting.synthesise.spring import NOISE
 from pneusma_jax.errors import InputError, nearest
-from pneusma_jax.numerics.rows import lots
 from pneusma_jax.numerics.safe import as_array
 from pneusma_jax.units import from_si
 
 from .candidates import HELD, LEG_ROWS, Candidate, candidates, courses, published_campaign
 from .choose import WANTED, choose, covariances, expected_sd
-from .information import TOGETHER, information
+from .information import information
 from .knowledge import CONSTANTS, NOT_SEEN, Knowledge, knowledge_of
 from .rates import choose_rates, minutes
 
@@ -206,12 +205,8 @@ def _informer(
     scale = as_array(np.asarray(prior.sd))
 
     def information_of(batch: Sequence[Candidate], repeats: int) -> np.ndarray:
-        numbers = [np.asarray(x, float) for x in (sigma, misfit, repeats)]
-        found = [  # any number of tests by one program
-            information(values, prior.names, scale, dimensions, lot, *numbers)
-            for lot in lots(courses(batch), TOGETHER)
-        ]
-        return np.concatenate(found, axis=1)[:, : len(batch)]
+        numbers = (np.asarray(x, float) for x in (sigma, misfit, repeats))
+        return np.asarray(information(values, prior.names, scale, dimensions, courses(batch), *numbers))
 
     return information_of
 

@@ -15,12 +15,12 @@ from fitting.design.lockstep import run_together
 from fitting.design.log import Evaluation, Log
 from fitting.design.optimise import JOINED, NEAR, Problem, best_of, from_starts, optimise
 from fitting.design.pareto import hypervolume, not_dominated
-from fitting.design.program import first_of
+from fitting.design.program import Model, first_of
 from fitting.design.search import start_places
 from fitting.design.seen import LEVER, Seen
 from fitting.design.space import Space
 from fitting.design.study import Bound, Free, Objective, Pose, State
-from fitting.design.uncertain import interval, reduced
+from fitting.design.uncertain import Draws, interval, reduced
 from fitting.invert.goals import GOALS
 from fitting.report.design.words import objective_shown, parameter_value
 from pneusma_jax.errors import InputError
@@ -95,6 +95,30 @@ def test_places_that_only_fill_up_a_lot_are_not_computed(count, width):
     blocks = -(-count // min(width, 5)) * min(width, 5)
     np.testing.assert_array_equal(found[:count, 0], 2.0 * np.arange(count) + 1.0)
     assert not found[blocks:].any()
+
+
+def test_a_lot_of_places_is_traced_once():
+    traced = []
+    found = first_of(lambda x: traced.append(1) or {"twice": 2.0 * x}, jnp.arange(6.0).reshape(3, 2), jnp.asarray(3), 2)
+    np.testing.assert_array_equal(found["twice"], 2.0 * np.arange(6.0).reshape(3, 2))
+    assert len(traced) == 1
+
+
+@pytest.mark.parametrize(("count", "computed"), [(3, 3), (4, 4), (5, 8), (9, 12)])
+def test_draws_are_computed_in_lots_of_one_size(count, computed, monkeypatch):
+    """The rest of 10,000 draws was another loop in the program, which was traced and compiled, too."""
+    asked = []
+
+    def spread(place, draws, materials):
+        asked.append(len(draws["weight"]))
+        return draws["added"]["length"] + place[0], jnp.zeros((len(draws["weight"]), 2))
+
+    monkeypatch.setattr(Model, "_draws_together", 4)
+    model = object.__new__(Model)
+    model._spread, model.materials = spread, ()
+    values, margins = model.spread(np.array([1.0]), Draws(count, {"length": np.arange(float(count))}, {}, None))
+    assert asked == [computed] and margins.shape == (count, 2)
+    np.testing.assert_array_equal(values, 1.0 + np.arange(count))
 
 
 def test_searches_side_by_side_end_as_each_alone_and_are_evaluated_together():

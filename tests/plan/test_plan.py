@@ -148,6 +148,16 @@ def test_information_is_that_of_finite_differences_with_the_phase_integrated_out
     np.testing.assert_allclose(np.sqrt(np.diag(a)), np.sqrt(np.diag(b)), rtol=0.02)
 
 
+def test_one_program_serves_any_number_of_tests(known, compiled):
+    tests = [*candidates()[:17], *candidates()[:3]]
+    many = told(known, tests)
+    compiled.clear()
+    few = told(known, tests[:3])
+    assert many.shape[1] == 20 and not compiled
+    np.testing.assert_array_equal(many[:, :3], few)
+    np.testing.assert_array_equal(many[:, 17:], few)
+
+
 def test_information_grows_as_it_should(known):
     tests = [Candidate(COLD, STEPS[:3]), Candidate(HELD, STEPS[:3], 0.25), Candidate(HEATED, (3.45,))]
     once, twice, wrong = told(known, tests)[0], told(known, tests, repeats=2)[0], told(known, tests, misfit=0.05)[0]

@@ -24,6 +24,8 @@ from pneusma_jax.program_cache import (
     stored_jit,
 )
 
+LEVEL = ("xla_backend_optimization_level", 1)
+
 
 @pytest.fixture
 def cache(tmp_path):
@@ -64,6 +66,20 @@ def test_listeners_are_told_what_a_first_use_does(cache: Path) -> None:
     assert said == [("twice", TRACING), ("twice", COMPILING), ("twice", LOADING)]
 
 
+def test_a_program_that_this_process_has_is_taken_by_others(cache: Path, compiled: list[str]) -> None:
+    """A fit of one model to other data is another function, but the same program."""
+    arguments, said = ({"a": jnp.arange(3.0)}, jnp.ones(3)), []
+    first = cached_program(_counted([]), "twice")
+    found, _ = first(*arguments), compiled.clear()
+    with made_ready(lambda number, name, step: said.append(step)):
+        again = cached_program(_counted([]), "twice")(*arguments)
+    np.testing.assert_array_equal(again["sum"], found["sum"])
+    assert said == [] and compiled == []
+    other = cached_program(_counted([]), "twice", dict([LEVEL]))  # is compiled in another way
+    other(*arguments)
+    assert compiled != []
+
+
 def test_a_program_that_is_not_stored_is_told_as_compiled(cache: Path) -> None:
     said = []
     with made_ready(lambda number, name, step: said.append(step)):
@@ -94,9 +110,6 @@ def test_without_a_cache_it_is_plain_jit(cache: Path) -> None:
     traces: list[int] = []
     cached_program(_counted(traces), "twice")({"a": jnp.arange(2.0)}, jnp.ones(2))
     assert not cache.exists()
-
-
-LEVEL = ("xla_backend_optimization_level", 1)
 
 
 def test_options_that_the_compiler_does_not_know_are_left_out(cache: Path) -> None:
