@@ -16,6 +16,7 @@ def test_terms_of_a_relaxation_stand_together_the_shortest_time_first():
     assert in_order(found) == ["g_2", "tau_2", "g_3", "tau_3", "g_1", "tau_1"]
     plain = Found("strain_stiffening", 0.9, 9.0, {"c_2": {"value": 1.0}, "c_3": {"value": 0.0}}, [], "")
     assert in_order(plain) == ["c_2", "c_3"]
+    assert in_order(Found("unmodelled", 0.9, 9.0, {}, [], "")) == []
 
 
 def rows(strain, time):

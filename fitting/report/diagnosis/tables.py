@@ -11,7 +11,7 @@ from fitting.diagnose.fit.refit import at_an_end
 from fitting.diagnose.verdict.conclusion import Conclusion
 from fitting.diagnose.verdict.discrepancy import Discrepancy
 from fitting.diagnose.verdict.held_out import HeldOut
-from fitting.diagnose.verdict.probabilities import Found
+from fitting.diagnose.verdict.probabilities import UNMODELLED, Found
 from fitting.inference.notes import joined
 from fitting.specimens.rows import of_specimen
 from pneusma_jax.effects import CATALOGUE
@@ -71,7 +71,8 @@ def effect_table(conclusion: Conclusion, found: Found) -> Table:
 def in_order(found: Found) -> list[str]:
     """Names of an effect's parameters. Numbers of a term stand together, the shortest time first."""
     there = found.parameters
-    terms = [term for term in CATALOGUE[found.slug].alike if set(term) <= set(there)]
+    known = () if found.slug == UNMODELLED else CATALOGUE[found.slug].alike
+    terms = [term for term in known if set(term) <= set(there)]
     terms.sort(key=lambda term: there[term[0]]["value"])
     of_terms = [name for term in terms for name in sorted(term)]
     return [*of_terms, *(name for name in there if name not in of_terms)]
