@@ -128,7 +128,8 @@ HASTY := $(LITTLE) --xla_cpu_parallel_codegen_split_count=1 \
 TESTING := $(ONE_POOL) XLA_FLAGS="$(LITTLE) $(XLA_FLAGS)"
 
 # Pytest rewrites assertions to show their values, which takes each process 6 s for all files (8.5 s instead of 15 s before
-# the first test). So only tests that failed run with it, a second time.
+# the first test). So only tests that failed run with it, a second time. Files with many tests begin: a single test of ten
+# seconds belongs into one of them, or one process waits for it at the end.
 SHORT := $(ONE_POOL) XLA_FLAGS="$(HASTY) $(XLA_FLAGS)" $(BIN)/python -m pytest -m "not slow"
 test: $(TEST_READY)
 	@$(SHORT) -n 2 --dist loadfile --assert=plain || { \
