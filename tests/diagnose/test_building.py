@@ -30,11 +30,9 @@ def test_all_stages_are_told_in_their_order():
 def test_a_campaign_of_the_same_shapes_compiles_nothing():
     """A check in the root of a load train called back into Python, which kept every program from being stored."""
     campaign, few, said = read_campaign(TUBES.parent / "elastomer"), ["load_train_compliance"], []
-    Program.of(campaign, "elastomer", few)
+    first = Program.of(campaign, "elastomer", few)
     Program.of(campaign, "elastomer", few, progress=said.append)
-    made = [text for text in said if not text.endswith(STAGES)]
-    assert any(f": {LOADING} the laws of kind elastomer and 1 effect" in text for text in made)
-    assert not [text for text in made if f": {TRACING} " in text or f": {COMPILING} " in text]
+    assert first and said and all(text.endswith(STAGES) for text in said)  # this process has the program while it has the first
 
 
 def test_a_second_program_is_said_to_be_one():
