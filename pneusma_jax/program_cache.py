@@ -45,7 +45,7 @@ is lost, it is compiled again."""
 _listeners: list[Callable[[int, str, str], None]] = []
 _numbers = itertools.count(1)
 _of_process: weakref.WeakValueDictionary[tuple, Callable] = weakref.WeakValueDictionary()
-"""Programs by file and compiler options, while anything holds them. A fit of the same model to other data is
+"""Programs by file and compiler options, while anything holds them. A diagnosis of the same shapes makes
 another function, but the same program."""
 
 

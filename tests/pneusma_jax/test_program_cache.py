@@ -67,7 +67,7 @@ def test_listeners_are_told_what_a_first_use_does(cache: Path) -> None:
 
 
 def test_a_program_that_this_process_has_is_taken_by_others(cache: Path, compiled: list[str]) -> None:
-    """A fit of one model to other data is another function, but the same program."""
+    """A diagnosis of the same shapes makes another function, but the same program."""
     arguments, said = ({"a": jnp.arange(3.0)}, jnp.ones(3)), []
     first = cached_program(_counted([]), "twice")
     found, _ = first(*arguments), compiled.clear()
