@@ -6,11 +6,13 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from diagnosis_coupons import NOISE, curve, write
+from linear_world import SIGMA as SIZE
+from linear_world import tubes
 
 from fitting.data.recordings import Recording, Reduction, read_campaign
 from fitting.diagnose import diagnose
 from fitting.diagnose.fit import base_fit
-from fitting.diagnose.fit.outliers import Outliers, among_readings, outliers_of
+from fitting.diagnose.fit.outliers import Outliers, among_readings, outliers_of, without_outliers
 from fitting.inference.channels import Channel
 
 ROWS, SIGMA = 400, 0.1
@@ -85,6 +87,22 @@ def test_outliers_are_looked_for_again_under_the_noise_that_is_found(monkeypatch
     fit = SimpleNamespace(u=np.zeros(1), evaluation=None)
     monkeypatch.setattr(base_fit, "Refitter", lambda _: SimpleNamespace(fit=lambda *_: fit))
     assert base_fit.fit_with_noise(Known(0.2), fit)[0].outliers == (1,)
+
+
+@pytest.mark.parametrize(("second", "left_out"), [(2, 6), (3, 4)])
+def test_outliers_of_two_looks_are_told_together_and_share_one_limit(second, left_out):
+    """Of 200 readings 3 % may be outliers. Each look alone had its own 3 %, and a note of its own."""
+    world, spikes = tubes(recordings=1, rows=200), np.zeros((1, 200))
+    spikes[0, 20 : 20 + 20 * (4 + second) : 20] = 30.0
+    program = world.program(np.random.default_rng(5).standard_normal((1, 200)) + spikes)
+    seen = spikes.copy()
+    seen[0, :100] = 0.0  # the first look explains what the second one does not
+    for curve in (seen, 0.0 * seen):
+        program = without_outliers(program, SimpleNamespace(predicted=[[SIZE * curve[0]]]))
+    (told,) = program.outliers
+    assert told.times == tuple(20.0 * (1 + np.arange(left_out)))
+    assert np.isinf(program.channels[0][0].sigma).sum() == left_out
+    assert without_outliers(program, SimpleNamespace(predicted=[[0.0 * TIME[:200]]])) is program
 
 
 def test_noise_that_is_larger_than_stated_does_not():

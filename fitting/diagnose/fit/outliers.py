@@ -54,33 +54,37 @@ class Outliers:
 def without_outliers(program: Program, here: Evaluation) -> Program:
     """The program without outliers about a fitted base model.
 
-    A resistance that latent trajectories follow is left as it is.
+    A resistance that latent trajectories follow is left as it is. Those that the program is without already
+    stay so, and count towards what may be left out of a recording.
 
     Args:
         program: program of the campaign; it is not changed.
         here: the fitted model.
     """
-    found = []
+    found = {(one.recording, one.quantity): one for one in program.outliers}
     bare, channels = ([list(row) for row in rows] for rows in (program.bare, program.channels))
     for k, recording in enumerate(program.recordings):
         for j, channel in enumerate(program.channels[k]):
             if program.follows(channel.quantity):
                 continue
             clock = np.asarray(program.stacked.time)[k]
-            rows, far = outliers_of(channel, here.predicted[k][j], clock)
+            key = recording.name, channel.quantity
+            times, farthest = (found[key].times, found[key].distance) if key in found else ((), 0.0)
+            rows, far = outliers_of(channel, here.predicted[k][j], clock, len(times))
             if len(recording) == np.asarray(program.stacked.mask)[k].sum():
                 rows = among_readings(recording, channel, rows)
             if not rows.size:
                 continue
-            found.append(
-                Outliers(recording.name, channel.quantity, tuple(float(t) for t in clock[rows]), far)
-            )
+            times = tuple(sorted({*times, *map(float, clock[rows])}))
+            found[key] = Outliers(*key, times, max(far, farthest))
             for kept in (bare, channels):
                 sigma = kept[k][j].sigma.copy()
                 sigma[rows] = np.inf
                 kept[k][j] = replace(kept[k][j], sigma=sigma)
-    apart = *program.outliers, *found
-    return replace(program, bare=bare, channels=channels, outliers=apart) if found else program
+    apart = tuple(found.values())
+    if apart == tuple(program.outliers):
+        return program
+    return replace(program, bare=bare, channels=channels, outliers=apart)
 
 
 def among_readings(recording: Recording, channel: Channel, rows: np.ndarray) -> np.ndarray:
@@ -107,7 +111,7 @@ def among_readings(recording: Recording, channel: Channel, rows: np.ndarray) -> 
 
 
 def outliers_of(
-    channel: Channel, predicted: np.ndarray, clock: np.ndarray
+    channel: Channel, predicted: np.ndarray, clock: np.ndarray, before: int = 0
 ) -> tuple[np.ndarray, float]:
     """Rows of a channel that are outliers, and the distance of the farthest one, in 1-sigmas.
 
@@ -115,6 +119,7 @@ def outliers_of(
         channel: channel of one recording.
         predicted: predictions of a fitted model, SI, (rows,), NaN where it has no answer.
         clock: times of the rows [s] (numbers of rows without a clock), (rows,). A missing row is no bend.
+        before: number of the channel's outliers that are left out already.
     """
     there = np.flatnonzero(np.isfinite(channel.sigma) & np.isfinite(predicted))
     if len(there) < VALUES.minimum:
@@ -126,7 +131,7 @@ def outliers_of(
     usual = max(1.0, np.median(far) / GAUSSIAN_MAD)
     odd = far > CHANCE.outlier * usual
     odd &= far > CHANCE.deviations * np.maximum(apart, bends)
-    if not odd.any() or odd.sum() > max(SHARE.outliers * len(there), 1.0):
+    if not odd.any() or before + odd.sum() > max(SHARE.outliers * (before + len(there)), 1.0):
         return there[:0], 0.0
     return there[odd], float(far[odd].max())
 
