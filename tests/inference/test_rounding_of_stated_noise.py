@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from fitting.data.recordings import Recording, read_campaign
+from fitting.data.recordings import Recording, read_campaign, write_recording
 from fitting.inference.channels import block_noise, serial_correlation
 from fitting.inference.noise import rounding_noise
 from fitting.inference.readings import cautions, stated_noise
@@ -105,3 +105,9 @@ def test_a_campaign_says_so_of_all_and_a_sidecar_of_its_own(tmp_path, campaign, 
     (tmp_path / "campaign.toml").unlink()
     with pytest.raises(InputError, match=r"must be true \(nothing is added to \[noise\]\) or false"):
         read_campaign(tmp_path)
+
+
+def test_a_recording_that_is_written_again_still_says_so(tmp_path):
+    written = dataclasses.replace(coupon(rounded(2.0)), noise_includes_rounding=True)
+    write_recording(written, tmp_path)
+    assert read_campaign(tmp_path).recordings[0].noise_includes_rounding

@@ -101,6 +101,8 @@ def _toml_text(recording: Recording, target: Path) -> str:
         document["specimen"] = recording.specimen
     if recording.real is not None:
         document["real"] = recording.real
+    if recording.noise_includes_rounding:
+        document["noise_includes_rounding"] = True
     geometry = _relocated_geometry(recording, target)
     tables = {"source": recording.source, "noise": recording.noise, "geometry": geometry}
     tables["zero"] = recording.zero
