@@ -20,7 +20,8 @@ class TransformationHysteresis(Effect):
     The base curve is the loading one. The gap may differ between the phases. It closes again below a strain
     `closed` [1], as the loop of an unstrained wire has no height. Where temperature drives, the heating curve
     lies `gap_T` [K] above the cooling one and is `1 + sharper` times as steep. It is reached over `gap_T` and
-    `width_T` more. The base curve is the cooling one if `between` [1] is 0, the heating one if it is 1.
+    `width_T` more. Which of them has the base curve's middle says `between` [1]: 0 the cooling one, 1 the
+    heating one. Between 0 and 1 it is a place between them.
     """
 
     gap_m: Array = eqx.field(converter=jnp.asarray, default=0.0)
