@@ -200,7 +200,10 @@ def test_a_name_is_tentative_that_no_value_outside_the_fit_supports(monkeypatch,
     assert name.probability <= DEFAULT.probability.tentative and 0.25 <= other.probability <= 0.35
     assert other.slug == "unmodelled" and "nothing outside the fit supports it" in other.text
     assert found.left.open and f"Nor does it support {ANOTHER}: the base model misses these" in found.left.text
-    assert verdict_sentences(found)[0].startswith(f"The base model perhaps leaves out {ANOTHER}")
+    said = verdict_sentences(found)
+    assert said[0].startswith(f"The base model perhaps leaves out {ANOTHER}")
+    (rise,) = (text for text in said if "rises from" in text)
+    assert rise.endswith(", as numbers that the fit leaves open may explain.")  # no word that others allow it
 
 
 @pytest.mark.parametrize("turns", [False, True])

@@ -72,6 +72,8 @@ def repeating(conclusion: Conclusion) -> list[str]:
 
 def excuse(conclusion: Conclusion) -> str:
     """Reason why names stay with which the misfit of left-out recordings rises, after a comma."""
+    if conclusion.left is not None and not conclusion.left.supports:
+        return ", as numbers that the fit leaves open may explain"
     alone, named = conclusion.explanation.left_out
     rise = conclusion.after.reduced_chi2 - conclusion.before.reduced_chi2
     if rise > EXCESS.clear and alone > named:
