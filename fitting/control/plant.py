@@ -47,14 +47,15 @@ class Seen(eqx.Module):
     """Outputs of a row.
 
     Attributes:
-        curvature: [1/m]; resistances: [ohm]; fractions: martensite [1]; temperatures: [degC]; shapes
-            (springs,).
+        curvature: [1/m]; bend: angle of the whole body [rad]; resistances: [ohm]; fractions: martensite [1];
+            temperatures: [degC]; shapes (springs,) of what each spring has.
         slopes: derivatives of the resistances by temperature at the strain of the row [ohm/K], shape
             (springs,).
         good: true where force and moment balance; otherwise all values are those of the row before.
     """
 
     curvature: Array
+    bend: Array
     resistances: Array
     fractions: Array
     temperatures: Array
@@ -143,4 +144,7 @@ class Plant(eqx.Module):
             ]
         )
         fractions = jnp.stack([r.xi0 for r in found.springs])
-        return after, Seen(found.curvature, after.resistances, fractions, warmer, slopes, good)
+        seen = Seen(
+            found.curvature, found.bend_angle, after.resistances, fractions, warmer, slopes, good
+        )
+        return after, seen

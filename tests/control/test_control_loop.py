@@ -211,8 +211,9 @@ def test_the_plant_steps_as_a_history_goes(body):
         interval = jnp.asarray(time[k] - time[max(k - 1, 0)])
         drive = jnp.asarray([0.0, currents[k]])
         memory, row = plant.step(memory, jnp.asarray(20e3), drive, jnp.asarray(time[k]), interval)
-        seen.append(float(row.curvature))
-    np.testing.assert_allclose(seen, np.asarray(history.rows.curvature), rtol=1e-7, atol=1e-9)
+        seen.append((float(row.curvature), float(row.bend)))
+    known = np.stack([history.rows.curvature, history.rows.bend_angle], axis=1)
+    np.testing.assert_allclose(seen, known, rtol=1e-7, atol=1e-9)
 
 
 @pytest.mark.slow

@@ -58,7 +58,7 @@ class _Driven:
         read_noise = self.noise.on({"resistance": blank}, values)["resistance"]
         seen, observed, currents, _ = self.loop.driven(plant, self.own, self.plan, read_noise, pressure)
         status = jnp.where(jnp.all(seen.good), 0, int(pj.Status.no_equilibrium))
-        touching = {TOUCHING: past(seen.curvature * plant.body.length, self.limit)}
+        touching = {TOUCHING: past(seen.bend, self.limit)}
         return self._errors(seen, observed) | self._of_springs(seen, currents) | touching, status
 
     def _errors(self, seen: Seen, observed: Seen) -> dict[str, Array]:
