@@ -298,7 +298,8 @@ def _tuples(value: Any) -> Any:
 
 def _path(folder: Path, words: str) -> Path:
     """File of the traced program that is called by some words."""
-    key = hashlib.sha256(f"{_versions()}|{jax.default_backend()}|{_source()}|{words}".encode())
+    wide = jax.config.jax_enable_x64  # type: ignore[attr-defined]  # which arrays made inside depend on
+    key = hashlib.sha256(f"{_versions()}|{jax.default_backend()}|{wide}|{_source()}|{words}".encode())
     return folder / f"{key.hexdigest()[:32]}.stablehlo"
 
 

@@ -80,6 +80,14 @@ def test_a_program_that_this_process_has_is_taken_by_others(cache: Path, compile
     assert compiled != []
 
 
+def test_a_program_of_single_precision_is_another(cache: Path) -> None:
+    """Arrays that it makes inside have another type, whatever those of its arguments are."""
+    made, argument = (lambda a: {"made": jnp.zeros(2), "a": a}), np.ones(2, np.float32)
+    assert cached_program(made, "made")(argument)["made"].dtype == np.float64
+    with jax.enable_x64(False):
+        assert cached_program(made, "made")(argument)["made"].dtype == np.float32
+
+
 def test_a_program_that_is_not_stored_is_told_as_compiled(cache: Path) -> None:
     said = []
     with made_ready(lambda number, name, step: said.append(step)):
