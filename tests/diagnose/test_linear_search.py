@@ -1,10 +1,13 @@
 """What a search names in a linear-Gaussian world, where evidence and held-out gain of every effect are known."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from linear_world import ANOTHER, CONSTANT, DELAY, SWELLING, World, fast, smooth, tubes
 
 from fitting.diagnose.fit.base_fit import base_fit
+from fitting.diagnose.search.decision import brings_back
 from fitting.diagnose.search.explain import explain
 from fitting.diagnose.settings import DEFAULT
 from fitting.diagnose.verdict.conclude import conclude
@@ -81,6 +84,24 @@ def test_a_small_second_effect_is_named_beside_an_imperfect_form_where_it_brings
     assert (np.abs(u[0]) < 1.0) and u[2] == pytest.approx(4.8, abs=0.5)
     told = [note for note in conclusion.notes if note.startswith(f"{DELAY} beside {CONSTANT} would explain most")]
     assert len(told) == (DELAY not in named)  # where it is refused, a note says so
+
+
+@pytest.mark.parametrize("seed", [100, 101, 102])
+def test_a_constant_outside_its_stated_tolerance_names_no_effect_that_acts_alike(seed):
+    """It lies at 3.5 standard deviations. The effect brings it back, and explains a tenth of what an imperfect form leaves."""
+    rng, world = np.random.default_rng(seed), fast()
+    form, other = 0.9 * rng.standard_normal((2, *world.base.shape[:2]))
+    world.effects[DELAY][:] = world.base[..., :1] + 0.05 * (form + 3.0 * other)[..., None]
+    assert searched(world, world.truth(rng, (3.5,), **{CONSTANT: 4.8}) + form).final.slugs == (CONSTANT,)
+
+
+def test_constants_that_only_pass_the_limit_of_chance_are_not_brought_back():
+    program = SimpleNamespace(unknowns=SimpleNamespace(base=np.arange(2)))
+    fit = lambda squares: SimpleNamespace(u=np.array([np.sqrt(squares), 0.0]))  # noqa: E731
+    limit = 2.0 + DEFAULT.chance.deviations * 2.0
+    assert brings_back(program, fit(2.1 * limit), fit(limit - 0.1))
+    assert not brings_back(program, fit(limit + 0.1), fit(limit - 0.1))
+    assert not brings_back(program, fit(3.0 * limit), fit(limit + 0.1))
 
 
 def test_the_base_is_scored_where_only_a_pair_explains():

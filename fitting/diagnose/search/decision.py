@@ -7,9 +7,10 @@ recordings gain outweighs a faint loss there, but no clear one. A further effect
 what the others leave. For the imperfect form of a true effect leaves a remainder, which another effect fits
 in part. It must remove a share of the whole misfit, too, unless the set leaves no more than noise. Where the
 others leave about noise, it must explain 0.25 % of the evidence. A form that is right to 5 % of its size
-leaves as much. Neither is asked of an effect with which base constants come back that else lie far from
-nominal: a remainder of misfit does not tell where they belong. Only the strongest effect may end at a bound,
-unless the set leaves no more than noise.
+leaves as much. Less is asked of an effect with which base constants come back that else lie far from nominal:
+a minor share of what the others leave. A remainder of misfit does not tell where constants belong. But a
+tolerance may be stated too small, and any effect that acts alike brings its constant back then. Only the
+strongest effect may end at a bound, unless the set leaves no more than noise.
 
 A set of which no part would be named alone must explain the misfit down to the noise, or nearly all of it.
 Otherwise it is named only before a set of less evidence that leaves more. So is one with a further effect at
@@ -176,15 +177,14 @@ class Judge:
     def _small(self, rest: Fit, fit: Fit, gained: float, share: float) -> str | None:
         """Why a further effect is refused that removes a small share only; None if it does not.
 
-        It must remove most of what the others leave, or much of the whole misfit; and a share of that.
+        It must remove most of what the others leave, or much of the whole misfit; and a share of that. If it
+        brings base constants back, it need remove only a minor share of what the others leave.
         """
         program, base = self.pool.program, self.pool.base
-        if brings_back(program, rest, fit):
-            return None
         before, after, whole = (reduced(program, f, program.fitted) for f in (rest, fit, base))
         faint = whole - 1.0 < CHANCE.deviations * spread(program, program.fitted)
         taken = 0.0 if faint else (before - after) / (whole - 1.0)
-        if taken >= SHARE.minor:
+        if taken >= SHARE.minor or (share >= SHARE.minor and brings_back(program, rest, fit)):
             return None
         if share < SHARE.most:
             return SMALL
@@ -227,11 +227,12 @@ class Judge:
 def brings_back(program: Program, rest: Fit, fit: Fit) -> bool:
     """True if base constants lie farther from nominal than chance puts them, and with an effect they do not.
 
-    All of them count together: their squares are those of as many errors.
+    All of them count together: their squares are those of as many errors. So does what the effect takes of
+    them. Else it might only move them over the limit.
     """
     base = program.unknowns.base
     far, near = (float(one.u[base] @ one.u[base]) for one in (rest, fit))
-    return by_chance(near, len(base)) and not by_chance(far, len(base))
+    return by_chance(near, len(base)) and not by_chance(far - near, len(base))
 
 
 def kept_of(program: Program, base: Fit, fit: Fit) -> float:
