@@ -97,8 +97,8 @@ def test_outliers_of_two_looks_are_told_together_and_share_one_limit(second, lef
     program = world.program(np.random.default_rng(5).standard_normal((1, 200)) + spikes)
     seen = spikes.copy()
     seen[0, :100] = 0.0  # the first look explains what the second one does not
-    for curve in (seen, 0.0 * seen):
-        program = without_outliers(program, SimpleNamespace(predicted=[[SIZE * curve[0]]]))
+    for explained in (seen, 0.0 * seen):
+        program = without_outliers(program, SimpleNamespace(predicted=[[SIZE * explained[0]]]))
     (told,) = program.outliers
     assert told.times == tuple(20.0 * (1 + np.arange(left_out)))
     assert np.isinf(program.channels[0][0].sigma).sum() == left_out
