@@ -7,9 +7,9 @@ recordings gain outweighs a faint loss there, but no clear one. A further effect
 what the others leave. For the imperfect form of a true effect leaves a remainder, which another effect fits
 in part. It must remove a share of the whole misfit, too, unless the set leaves no more than noise. Where the
 others leave about noise, it must explain 0.25 % of the evidence. A form that is right to 5 % of its size
-leaves as much. Less is asked of an effect with which base constants come back that else lie far from nominal:
-a minor share of what the others leave. A remainder of misfit does not tell where constants belong. But a
-tolerance may be stated too small, and any effect that acts alike brings its constant back then. Only the
+leaves as much. With some effects base constants come back that else lie far from nominal. A remainder of
+misfit does not tell where they belong. So such an effect need remove only a minor share of what the others leave.
+But a tolerance may be stated too small. Any effect that acts alike brings its constant back then. Only the
 strongest effect may end at a bound, unless the set leaves no more than noise.
 
 A set of which no part would be named alone must explain the misfit down to the noise, or nearly all of it.
