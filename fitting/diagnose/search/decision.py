@@ -8,9 +8,9 @@ what the others leave. For the imperfect form of a true effect leaves a remainde
 in part. It must remove a share of the whole misfit, too, unless the set leaves no more than noise. Where the
 others leave about noise, it must explain 0.25 % of the evidence. A form that is right to 5 % of its size
 leaves as much. With some effects base constants come back that else lie far from nominal. A remainder of
-misfit does not tell where they belong. So such an effect need remove only a minor share of what the others leave.
-But a tolerance may be stated too small. Any effect that acts alike brings its constant back then. Only the
-strongest effect may end at a bound, unless the set leaves no more than noise.
+misfit does not tell where they belong. So such an effect need remove only a minor share of what the others
+leave. But a tolerance may be stated too small. Any effect that acts alike brings its constant back then. Only
+the strongest effect may end at a bound, unless the set leaves no more than noise.
 
 A set of which no part would be named alone must explain the misfit down to the noise, or nearly all of it.
 Otherwise it is named only before a set of less evidence that leaves more. So is one with a further effect at
