@@ -142,6 +142,6 @@ def test_a_setting_or_a_sensor_is_no_name_of_a_specimen(read, line):
     assert any(repr(line) in note for note in read(f"{line}\n# spring\n" + SPRING).notices if note.startswith("other lines"))
 
 
-@pytest.mark.parametrize(("line", "name"), [("# Sample: A7", "A7"), ("# Probe: Schlauch 3", "Schlauch 3"), ("Sample: NT 38 A", "NT 38 A")])
+@pytest.mark.parametrize(("line", "name"), [("# Sample: A7", "A7"), ("# Probe: Schlauch 3", "Schlauch 3"), ("Sample: NT 38 A", "NT 38 A"), ("# Prüfling: S3", "S3"), ("Proben-Nr.: S3", "S3"), ("Probenbezeichnung: S3", "S3")])
 def test_a_name_of_a_specimen_is_taken(line, name):
     assert specimen_of(line) == name

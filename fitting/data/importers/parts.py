@@ -41,9 +41,9 @@ _AMOUNT_LAST = re.compile(r"\d\s*(?P<unit>[^\W\d_]+)\.?$")
 """A number with a unit at the end of a text."""
 _NAMING = {
     f"{word}{more}"
-    for word in SPECIMEN_WORDS
-    for more in ("", " name", " id", " label", " no", " no.", " number")
-}
+    for word in (*SPECIMEN_WORDS, "prüfling", "prüfkörper", "probekörper", "probenkörper")
+    for more in ("", " name", " id", "-id", " label", " no", " no.", " nr", " nr.", "-nr", "-nr.", " number")
+} | {"probenname", "probennummer", "probenbezeichnung", "proben-id", "proben-nr"}
 
 
 @dataclass(frozen=True)
