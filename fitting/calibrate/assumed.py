@@ -6,6 +6,7 @@ does not state a tolerance, a default one is taken.
 
 import math
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 from fitting.data.recordings import Recording, notices_of_reading, schema
 from fitting.inference.chance import chi_square_tail
@@ -69,18 +70,23 @@ def assumed(recordings: Sequence[Recording]) -> list[str]:
     missing: dict[str, str] = {}
     silent = []
     for recording in recordings:
-        if "design" in recording.geometry:
-            continue
-        nominal = recording.full_geometry()
-        needless = (*NEED_NO_NOTICE, "law") if recording.geometry.get("material") == "fit" else NEED_NO_NOTICE
-        unstated = [k for k in nominal if k not in recording.geometry and k not in needless]
-        missing |= {key: str(nominal[key]) for key in unstated}
+        unstated = _unstated(recording)
+        missing |= {key: str(value) for key, value in unstated.items()}
         silent += [recording.name] if unstated else []
     if not missing:
         return []
     taken = ", ".join(f"{key} = {value}" for key, value in missing.items())
     hints = "".join(f"; {hint}" for key, hint in HINTS.items() if key in missing)
     return [f"{', '.join(silent)}: not stated in [geometry], so the source's are taken: {taken}{hints}"]
+
+
+def _unstated(recording: Recording) -> dict[str, Any]:
+    """What a recording leaves out of its specimen, with the source's value by key of `[geometry]`."""
+    if "design" in recording.geometry:
+        return {}
+    needless = (*NEED_NO_NOTICE, "law") if recording.geometry.get("material") == "fit" else NEED_NO_NOTICE
+    nominal = recording.full_geometry()
+    return {k: value for k, value in nominal.items() if k not in recording.geometry and k not in needless}
 
 
 def by_default(recordings: Sequence[Recording], free: Parameters) -> dict[str, float]:
@@ -165,7 +171,7 @@ def far_from_nominal(
         recordings, free: as in `by_default`.
         values: values found, by name, SI.
     """
-    said = []
+    said, unstated = [], {quantity_of(key) for recording in recordings for key in _unstated(recording)}
     for name, relative in by_default(recordings, free).items():
         entry, prior = free[name], free[name].prior
         shift = (values[name] - prior.mean) / prior.sd
@@ -174,9 +180,12 @@ def far_from_nominal(
         first, now = (number(float(from_si(x, entry.unit)), ".4g") for x in (prior.mean, values[name]))
         share = number(100.0 * relative, ".2g")
         constant = of_specimen(name, (recording.specimen for recording in recordings))
+        taken, advice = f"No tolerance of {constant} is stated, so it", "Measure it again, and state"
+        if name.partition(MARK)[0] in unstated:
+            taken, advice = f"{constant} is not stated, so the source's", "Measure it, and state it with"
         said.append(
-            f"No tolerance of {constant} is stated, so it was taken as known to {share} %. "
-            f"The fit moved it from {first} to {amount(now, entry.unit)}, by {abs(shift):.1f} of these "
-            "standard deviations. Measure it again, and state its tolerance."
+            f"{taken} was taken as known to {share} %. The fit moved it from {first} to "
+            f"{amount(now, entry.unit)}, by {abs(shift):.1f} of these standard deviations. "
+            f"{advice} its tolerance."
         )
     return said

@@ -75,3 +75,8 @@ def test_a_constant_that_moved_far_is_named_with_its_shift():
     assert far_from_nominal(campaign.recordings, free, at) == []
     (sentence,) = far_from_nominal(campaign.recordings, free, {**at, "wire_diameter": 0.268e-3, "G_m": 1.05 * at["G_m"]})
     assert "wire_diameter" in sentence and "from 0.25 to 0.268 mm, by 3.6 of these" in sentence
+    assert sentence.startswith("No tolerance of wire_diameter is stated, so it was taken as known")
+    unstated = [replace(r, geometry={k: v for k, v in r.geometry.items() if k != "wire_diameter_mm"}) for r in campaign.recordings]
+    (sentence,) = far_from_nominal(unstated, free, {**at, "wire_diameter": 0.268e-3})
+    assert sentence.startswith("wire_diameter is not stated, so the source's was taken as known to 2 %.")
+    assert sentence.endswith("Measure it, and state it with its tolerance.")

@@ -83,3 +83,12 @@ def test_a_change_of_length_below_the_heading_of_a_length_is_told_the_same(put):
 
 def test_a_strain_of_a_tube_is_refused_with_what_to_write(put):
     assert "write its length in mm into the file: that at rest, times 1 + strain" in refusal(put("a.csv", table("Strain (%)")))
+
+
+def test_a_size_that_nobody_states_is_asked_about_beside_others(put):
+    """A tube of 60 mm was taken as one of 56 mm without a word, since its diameter was stated."""
+    path = put("a.csv", "Time (s),Pressure (kPa),Length (mm)\n" + "".join(f"{k},{k}.0,{60 + 0.1 * k:.2f}\n" for k in range(20)))
+    stated = ["outer_diameter_mm=10", "wall_thickness_mm=1"]
+    (said,) = [note for note in checks(import_file(path, make_options(dimensions=stated))) if "the source's" in note]
+    assert "length_mm = 56 (the first row has 60 mm at 0 kPa)" in said and "--dimension length_mm=..." in said
+    assert not any("the source's" in note for note in checks(import_file(path, make_options(dimensions=[*stated, "length_mm=60"]))))

@@ -43,7 +43,7 @@ from .raw import RawFile
 from .rounding import shortest
 from .running_clock import with_clock
 from .signs_and_zeros import ATMOSPHERE_KPA, correct_signs_and_zeros, gauge_pressure, subtract
-from .specimen_sizes import geometry_of_file, say_other_sizes
+from .specimen_sizes import geometry_of_file, say_other_sizes, say_sizes_of_the_source
 from .spelling import unit_name
 from .strain_unit import refuse_impossible_wire, settle_strain_unit, warn_of_impossible_strain
 from .texts import MOST_LISTED
@@ -99,6 +99,7 @@ def assemble(
     columns, rows = _columns(sample, making)
     provenance = _provenance(sample, facts, making)
     geometry = _geometry(facts, making)
+    say_sizes_of_the_source(geometry, columns, making)
     say_other_sizes(making)
     _question(sample, channels, columns, rows, making)
     name, specimen = _names(sample, options, facts)

@@ -3,7 +3,11 @@ file."""
 
 import math
 from collections.abc import Mapping
+from typing import Any
 
+import numpy as np
+
+from ..recordings.nominal import nominal_geometry
 from ..recordings.sidecar import implausible_size
 from ..recordings.table import unusable
 from .making import Making
@@ -171,6 +175,31 @@ def geometry_of_file(making: Making) -> dict[str, float]:
     if making.kind == "tube" and "inner_diameter_mm" in making.sizes:
         geometry |= _by_bore(making, known)
     return geometry
+
+
+def say_sizes_of_the_source(
+    geometry: Mapping[str, Any], columns: Mapping[str, np.ndarray], making: Making
+) -> None:
+    """Warn of sizes of a tube that nobody states, beside some that are stated: those of the source count.
+
+    The length at rest stands beside that of the first row.
+
+    Args:
+        geometry: what is stated, by key of `[geometry]`.
+        columns: columns of the recording, in canonical units.
+        making: what is known of the recording.
+    """
+    sizes = OF_KIND["tube"]
+    missing = [key for key in sizes if key not in geometry]
+    if making.kind != "tube" or not missing or len(missing) == len(sizes):
+        return
+    nominal = nominal_geometry(making.kind, dict(geometry))
+    said = ", ".join(f"{key} = {nominal[key]:.6g}" for key in missing)
+    options = " ".join(f"--dimension {key}=..." for key in missing)
+    length, pressure = columns["length_mm"][0], columns["pressure_kPa"][0]
+    if "length_mm" in missing and np.isfinite([length, pressure]).all():
+        said += f" (the first row has {length:.4g} mm at {pressure:.3g} kPa)"
+    making.warn(f"nobody states all sizes, so some are the source's: {said}. State yours: {options}")
 
 
 def length_at_rest_mm(making: Making) -> float | None:

@@ -2,7 +2,7 @@
 
 from fitting.calibrate.assumed import default_tolerances
 from fitting.diagnose.verdict.conclusion import Conclusion
-from fitting.diagnose.verdict.misfit_text import went
+from fitting.diagnose.verdict.misfit_text import not_fitted, went
 from fitting.diagnose.verdict.probabilities import UNMODELLED, Found
 from fitting.diagnose.verdict.text import base_named
 from fitting.inference.notes import capital, joined
@@ -81,23 +81,24 @@ def race(conclusion: Conclusion) -> str:
         return ""
     base, named = x.left_out
     return (
-        "Fitted recordings were predicted, each by fits without it. The reduced chi-square is "
+        "Fitted recordings, or parts of them, were predicted by fits without them. The reduced chi-square is "
         f"{number(base)} by the base model and {number(named)} with {joined(x.final.slugs)}. A model "
         f"discrepancy ({discrepancy.quantity.replace('_', ' ')} as a smooth function of "
         f"{discrepancy.driver.replace('_', ' ')}) "
-        f"gives {number(discrepancy.left_out)}."
+        f"in place of names gives {number(discrepancy.left_out)}. Beside it constants move to first order, "
+        "and zeros of instruments drift."
     )
 
 
 def discrepancy(conclusion: Conclusion) -> str:
     """Sentence on the model discrepancy that describes the remaining misfit."""
-    rest = conclusion.remainder
+    rest, names = conclusion.remainder, conclusion.explanation.final.slugs
     along = file_unit(rest.driver, conclusion.explanation.program.kind)
     first, *_, last = from_si(shown_knots(rest), along)
     span = amount(f"{rest.driver} between {number(first, '.4g')} and {number(last, '.4g')}", along)
     return (
-        f"With a smooth function of {span}, added to {rest.quantity}, "
-        "the misfit of recordings that were not fitted "
+        f"With {joined([*names, f'a smooth function of {span}, added to {rest.quantity}'])}, "
+        f"the misfit of {not_fitted(conclusion.before.how)} "
         f"{went(conclusion.before.reduced_chi2, conclusion.after.reduced_chi2)}. It describes and does not "
         "explain. It is in augmented.toml as unmodelled; outside that range it is unknown, and simulations "
         "with the model hold it and say so."
