@@ -135,10 +135,12 @@ def notes_on_touching(model: Model, place: np.ndarray) -> list[str]:
     bend = np.rad2deg(turned)
     if model.plan.chain is not None:
         free = np.array([QUANTITIES["clearance"].function(state, 0) for state in states])
-        return touching_cautions(bend, free < 0.0, rows="states")
+        found = touching_cautions(bend, free < 0.0, rows="states")
+        return [f"{one}; a constraint on clearance, at_least 0 mm, forbids it" for one in found]
     if models_contact(model.plan.model):
         return []
-    return touching_cautions(bend, bend > CLEARANCE_DEG, CLEARANCE_DEG, rows="states")
+    found = touching_cautions(bend, bend > CLEARANCE_DEG, CLEARANCE_DEG, rows="states")
+    return [f"{one}; a constraint on bend_magnitude, at_most {CLEARANCE_DEG:g} deg, forbids it" for one in found]
 
 
 def _finer_areas(

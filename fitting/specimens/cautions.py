@@ -135,9 +135,9 @@ def touching_cautions(
         return []
     most, where = float(np.max(bend[touching])), _rows_text(touching).replace("rows", rows)
     if limit is None:
-        return [f"bent by {_up_to(where)}{most:.3g} degrees in all{where}, where parts of the body overlap: "
+        return [f"bent by {_up_to(where)}{most:.0f} degrees in all{where}, where parts of the body overlap: "
                 "contact is not modelled"]  # fmt: skip
-    return [f"bent by {_up_to(where)}{most:.3g} degrees{where}: past {limit:g} degrees the tip may touch the "
+    return [f"bent by {_up_to(where)}{most:.0f} degrees{where}: past {limit:g} degrees the tip may touch the "
             "base, and contact is not modelled"]  # fmt: skip
 
 

@@ -67,10 +67,10 @@ def test_the_page_has_them_and_those_of_a_posterior_without_a_front(tmp_path):
 def test_states_in_which_the_body_may_touch_itself_are_told():
     """A design of 400 degrees had been told without a word."""
     states = [SimpleNamespace(segments=[SimpleNamespace(bend=np.deg2rad([0.0, angle]), length=0.056)],
-                              chain=None, body=None) for angle in (100.0, 400.0)]
+                              chain=None, body=None) for angle in (100.0, 1400.0)]
     plan = SimpleNamespace(chain=None, model=AugmentedModel(name="base"))
     model = SimpleNamespace(solve_states=lambda place: (None, states), plan=plan)
     assert notes_on_touching(model, np.zeros(1)) == [
-        "bent by up to 400 degrees in 1 of 2 states: past 270 degrees the tip may touch the base, and contact is "
-        "not modelled"
+        "bent by up to 1400 degrees in 1 of 2 states: past 270 degrees the tip may touch the base, and contact is "
+        "not modelled; a constraint on bend_magnitude, at_most 270 deg, forbids it"
     ]

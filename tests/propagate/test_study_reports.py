@@ -34,6 +34,7 @@ def run(tmp_path, text):
         ("3 + 0*a", 200, "y has no indices: it is the same in every row."),
         ("1e-170*a", 200, "y has no indices: its variance is zero or no finite number."),
         ("a + 2*b", 3, "y: indices of so few rows, 1 whole blocks, have no interval; take more."),
+        ("sin(1e6*a) * sin(1e6*b)", 24, "these rows do not tell one input from another: take more."),
     ],
 )
 def test_what_is_not_known_is_said_in_words(tmp_path, kind, output, rows, words):
@@ -164,7 +165,7 @@ def test_a_study_says_what_its_rows_are_and_why_there_are_more_than_asked_for(tm
 @pytest.mark.parametrize(
     ("output", "pattern"),
     [
-        ("0.506 + 1e-7*a", r"y: 0\.5060001, 90 % of rows between (0\.50\d+) and (0\.50\d+),"),
+        ("0.506 + 1e-7*a", r"y: median 0\.5060001, 90 % of rows between (0\.50\d+) and (0\.50\d+),"),
         ("3 + 0*a", r"y: 3 in 90 % of rows or more, which have no spread, nominal 3\."),
         ("(a > 2) * a", r"y: 0 in 90 % of rows or more, which have no spread, and all between 0 and (\d+\.\d+), nominal 0\."),
     ],

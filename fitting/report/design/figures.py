@@ -30,7 +30,8 @@ from .words import label_of, sensitivities, step_of, whose
 
 COLOURS = (VERMILION, BLUE, GREEN, ORANGE, PURPLE, SKY)
 MOST_SHAPES = 6
-POINTS = 60
+POINTS = 241
+"""Points of a centre line: one every 6 degrees of a body that winds four times. With 60 it was a polygon."""
 PAD = 0.08
 """Free height above and below panels [inch], twice matplotlib's. With that of matplotlib a label was cut."""
 _centre_line = stored_jit()(arc_points)

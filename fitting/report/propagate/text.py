@@ -65,7 +65,7 @@ def touching(result: Propagation) -> list[str]:
     found = result.summary.touching
     if not found.rows:
         return []
-    angle = " to ".join(dict.fromkeys(f"{end:.3g}" for end in (found.least, found.most)))
+    angle = " to ".join(dict.fromkeys(f"{end:.0f}" for end in (found.least, found.most)))
     return [
         f"In {int(found.rows):,} of {_rows(result.summary.failures.total)} the body bends by {angle} degrees "
         "in all, and may touch itself. Contact is not modelled, and these rows count as all others do"
@@ -109,7 +109,7 @@ def _quantity(result: Propagation, name: str) -> str:
         rest = "" if least == most else f", and all between {' and '.join(told_apart(least, most))}"
         return f"{label}: {middle:.4g} in 90 % of rows or more, which have no spread{rest}{beside}."
     texts = told_apart(low, middle, high)
-    return f"{label}: {texts[1]}, 90 % of rows between {texts[0]} and {texts[2]}{beside}."
+    return f"{label}: median {texts[1]}, 90 % of rows between {texts[0]} and {texts[2]}{beside}."
 
 
 def _percent(share: float) -> str:
@@ -148,7 +148,10 @@ def _causes(result: Propagation, shown: int) -> str:
     groups, words = list(problem.groups), "total Sobol index" if kind == "total" else "Shapley effect"
     order = [int(i) for i in np.argsort(-np.nan_to_num(value, nan=-1.0))[:MOST_CAUSES]]
     parts = ", ".join(f"{groups[i]} {with_half_width(value[i], half_width[i], 2)}" for i in order)
-    return f"What {label} depends on most ({words}, 95 %): {parts}."
+    told = f"What {label} depends on most ({words}, 95 %): {parts}."
+    if np.any(value > half_width):
+        return told
+    return f"{told} No interval is above zero, so these rows do not tell one input from another: take more."
 
 
 def _left_out(result: Propagation) -> str:
