@@ -72,6 +72,16 @@ def lasting_zeros(found: Lasting | None) -> list[str]:
     ]
 
 
+def not_drawn(lasting: Lasting | None) -> str:
+    """Sentence for captions of a fit beside zeros, which its curves do not show, after a space; or nothing."""
+    if lasting is None or not lasting.fitted_beside_zeros:
+        return ""
+    return (
+        " The fit allows for zeros of instruments that are off and drift. Lines and residuals do not, so the "
+        "model may lie beside the readings."
+    )
+
+
 def large_drifts(found: Lasting | None) -> dict[str, float]:
     """Large drifts of zeros that changed the fit or its errors, in units of the noise, by output."""
     if found is None:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from fitting.inference.lasting_noise import Lasting
-from fitting.report.instrument_zeros import error_factors, how_errors_grew, lasting_zeros
+from fitting.report.instrument_zeros import error_factors, how_errors_grew, lasting_zeros, not_drawn
 from pneusma_jax.units import amount
 
 
@@ -33,6 +33,12 @@ def test_the_sentence_on_zeros_has_the_same_factor():
     (sentence,) = lasting_zeros(zeros(2.0))
     assert "multiplied by up to 2 for that" in sentence
     assert not lasting_zeros(zeros(1.02)) and "as noise alone" in lasting_zeros(zeros(2.0, beside=True))[0]
+
+
+def test_captions_say_that_zeros_are_not_drawn():
+    """A fit beside a zero lay above all readings of its figure, without a word."""
+    assert "so the model may lie beside the readings" in not_drawn(zeros(2.0, beside=True))
+    assert not_drawn(zeros(2.0)) == not_drawn(None) == ""
 
 
 @pytest.mark.parametrize(("number", "unit", "text"), [("3.2", "kPa", "3.2 kPa"), ("3.2", "1", "3.2"), ("1", "1", "1"), ("2 to 3", "", "2 to 3"), ("1", "1/m", "1 1/m")])

@@ -16,6 +16,7 @@ from pneusma_jax.units import constant_to_si, to_si
 
 from .. import figures as house
 from .. import profile_likelihood
+from ..instrument_zeros import not_drawn
 from ..report import Picture
 
 MOST_PANELS = 24
@@ -26,15 +27,16 @@ def pictures(result: GeneralCharacterisation) -> dict[str, Picture]:
     """Every figure by name."""
     shown = result.scores[:MOST_PANELS]
     first = house.only_first(MOST_PANELS, len(result.scores), "outputs")
+    beside = not_drawn(result.lasting)
     drawn = [
         Picture(
             "fit",
-            f"Every measured output (dots or circles) and its prediction (lines).{first}",
+            f"Every measured output (dots or circles) and its prediction (lines).{beside}{first}",
             lambda: _panels(shown, _compared),
         ),
         Picture(
             "residuals",
-            f"Measured less model. Noise would scatter around zero; slow waves are what it lacks.{first}",
+            f"Measured less model. Noise would scatter around zero; slow waves are what it lacks.{beside}{first}",
             lambda: _panels(shown, _left),
         ),
         Picture(
