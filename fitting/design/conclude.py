@@ -140,7 +140,8 @@ def notes_on_touching(model: Model, place: np.ndarray) -> list[str]:
     if models_contact(model.plan.model):
         return []
     found = touching_cautions(bend, bend > CLEARANCE_DEG, CLEARANCE_DEG, rows="states")
-    return [f"{one}; a constraint on bend_magnitude, at_most {CLEARANCE_DEG:g} deg, forbids it" for one in found]
+    constraint = f"a constraint on bend_magnitude, at_most {CLEARANCE_DEG:g} deg,"
+    return [f"{one}; {constraint} forbids it" for one in found]
 
 
 def _finer_areas(

@@ -73,7 +73,7 @@ def lasting_zeros(found: Lasting | None) -> list[str]:
 
 
 def not_drawn(lasting: Lasting | None) -> str:
-    """Sentence for captions of a fit beside zeros, which its curves do not show, after a space; or nothing."""
+    """Sentence for captions of a fit beside zeros, which its curves do not show; empty elsewhere."""
     if lasting is None or not lasting.fitted_beside_zeros:
         return ""
     return (

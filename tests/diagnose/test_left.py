@@ -16,6 +16,7 @@ from fitting.diagnose.verdict.conclusion import WithoutTurns
 from fitting.diagnose.verdict.left import Left, left_of
 from fitting.diagnose.verdict.regime import regime_of
 from fitting.diagnose.verdict.text import unexplained, verdict_sentences
+from fitting.report.diagnosis import text
 from fitting.report.diagnosis.payload import content
 from pneusma_jax.effects import CATALOGUE
 
@@ -135,6 +136,23 @@ def test_doubtful_names_are_listed_in_one_clause(monkeypatch, names, said):
         conclusion, found=[own, *doubtful], remainder=SimpleNamespace(driver="pressure", quantity="length")
     )
     assert own.slug == "unmodelled" and any(sentence.startswith(said) for sentence in verdict_sentences(told))
+
+
+def test_the_fall_of_the_misfit_is_told_of_names_and_of_the_smooth_function_together():
+    """A page gave the smooth function alone what the names had explained, and called parts of one recording recordings."""
+    final, program = SimpleNamespace(slugs=(CONSTANT,)), SimpleNamespace(kind="tube")
+    before, after = (SimpleNamespace(how="within-recording", reduced_chi2=value) for value in (31.0, 10.0))
+    told = SimpleNamespace(
+        explanation=SimpleNamespace(final=final, program=program, left_out=(31.0, 11.0)), before=before, after=after,
+        remainder=SimpleNamespace(driver="pressure", quantity="length", knots=np.array([0.0, 4e4])),
+        discrepancy=SimpleNamespace(driver="pressure", quantity="length", left_out=2.0),
+    )  # fmt: skip
+    said = text.discrepancy(told)
+    assert said.startswith(f"With {CONSTANT} and a smooth function of pressure between 0 and 40 kPa, added to length, the misfit of parts of")
+    final.slugs = ()
+    assert text.discrepancy(told).startswith("With a smooth function of pressure") and text.race(told) == ""
+    final.slugs = (CONSTANT,)
+    assert text.race(told).startswith("Fitted recordings, or parts of them, were predicted")
 
 
 def test_something_unknown_that_is_likelier_than_a_trusted_name_is_not_said_to_be_left_without_it():

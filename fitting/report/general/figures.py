@@ -36,7 +36,8 @@ def pictures(result: GeneralCharacterisation) -> dict[str, Picture]:
         ),
         Picture(
             "residuals",
-            f"Measured less model. Noise would scatter around zero; slow waves are what it lacks.{beside}{first}",
+            "Measured less model. Noise would scatter around zero; slow waves are what it lacks."
+            f"{beside}{first}",
             lambda: _panels(shown, _left),
         ),
         Picture(
