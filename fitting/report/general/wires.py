@@ -40,10 +40,15 @@ def verdict(result: GeneralCharacterisation) -> list[str]:
     return [f"The recordings are half-way through their transformation at {at}{law}."]
 
 
+def _without_residual_strain(result: GeneralCharacterisation) -> bool:
+    """True if the law was fitted without residual strain."""
+    held = result.unseen.get(AMPLITUDE)
+    return held is not None and held.value == 0.0
+
+
 def _residual_strain_note(result: GeneralCharacterisation) -> list[str]:
     """Sentence on the omission of the residual strain, with its reason."""
-    held = result.unseen.get(AMPLITUDE)
-    if held is None or held.value != 0.0:
+    if not _without_residual_strain(result):
         return []
     return [
         "No recording takes the load off. With a residual strain the law drew a loop between heating and "
@@ -76,8 +81,11 @@ def _half_way(result: GeneralCharacterisation) -> float | None:
 
 
 def _loops(result: GeneralCharacterisation) -> list[str]:
-    """Recordings with a loop of the law, although its phase has one curve. The residual strain causes it."""
-    if result.model is not None:
+    """Recordings with a loop of the law, although its phase has one curve. The residual strain causes it.
+
+    A law without residual strain has no loop of its own: it follows that of the recorded strain.
+    """
+    if result.model is not None or _without_residual_strain(result):
         return []
     sentences = []
     for score in _over_temperature(result):
