@@ -182,7 +182,8 @@ def say_sizes_of_the_source(
 ) -> None:
     """Warn of sizes of a tube that nobody states, beside some that are stated: those of the source count.
 
-    The length at rest stands beside that of the first row.
+    The length at rest stands beside that of the first row. A line that may state a size is asked about
+    instead.
 
     Args:
         geometry: what is stated, by key of `[geometry]`.
@@ -191,7 +192,7 @@ def say_sizes_of_the_source(
     """
     sizes = OF_KIND["tube"]
     missing = [key for key in sizes if key not in geometry]
-    if making.kind != "tube" or not missing or len(missing) == len(sizes):
+    if making.kind != "tube" or not missing or len(missing) == len(sizes) or making.unread:
         return
     nominal = nominal_geometry(making.kind, dict(geometry))
     said = ", ".join(f"{key} = {nominal[key]:.6g}" for key in missing)
