@@ -40,7 +40,7 @@ from fitting.specimens.saved_models import AugmentedModel, add_effect
 from fitting.specimens.simulation import simulated
 from fitting.synthesise.instruments import Instruments
 from fitting.synthesise.registry import Maker, maker_of
-from fitting.synthesise.truth import Unknowns
+from fitting.synthesise.truth import Truth
 from fitting.synthesise.wishes import Synthetic, Wishes
 from pneusma_jax.effects import Spec
 from pneusma_jax.effects import register as register_effect
@@ -300,10 +300,10 @@ def synthesise_muscles(wishes: Wishes, hidden: Sequence[Effect] = ()) -> Synthet
         hidden: effects that act in it and that no file names.
     """
     nominal = nominal_geometry(MUSCLE.kind, {})
-    unknowns = Unknowns(wishes, TOLERANCE)
+    drawn = Truth(wishes, TOLERANCE)
     bench = Instruments.of(MUSCLE.kind, wishes, NOISE)
-    truth = {specimen: unknowns.geometry(nominal, specimen) for specimen in ("A", "B")}
-    unknowns.finish()
+    truth = {specimen: drawn.geometry(nominal, specimen) for specimen in ("A", "B")}
+    drawn.finish()
     time = np.arange(0.0, 2.0 * PERIOD_S, wishes.interval_s or INTERVAL_S)
     shortened = 0.5 * STROKE * (1.0 - np.cos(2.0 * np.pi * time / PERIOD_S))
     model, recordings = AugmentedModel(added=tuple(add_effect(one, "hidden") for one in hidden)), []
@@ -317,9 +317,9 @@ def synthesise_muscles(wishes: Wishes, hidden: Sequence[Effect] = ()) -> Synthet
         )
         columns["force_N"] = simulated(MUSCLE, true, model).outputs["force"]
         recordings.append(
-            bench.recording(f"run_{k}", role, specimen, time, columns, nominal, unknowns.tolerance)
+            bench.recording(f"run_{k}", role, specimen, time, columns, nominal, drawn.tolerance)
         )
-    return Synthetic("Simulated pulls of McKibben muscles", recordings, dict(unknowns.record))
+    return Synthetic("Simulated pulls of McKibben muscles", recordings, dict(drawn.record))
 
 
 @maker_of.register
