@@ -16,7 +16,7 @@ from pneusma_jax.errors import reason_of
 from pneusma_jax.late import Late
 
 from ..first_reading import fault_of_reading
-from ..recordings.table import unusable
+from ..recordings.table import OLE, ZIP, unusable
 from .numerals import CellNumber
 
 calamine = Late("python_calamine")
@@ -24,15 +24,14 @@ calamine = Late("python_calamine")
 ENDINGS = (".xls", ".xlsb", ".ods")
 EXTRA = "pip install 'pneusma-jax[workbooks]' (in a clone: .venv/bin/pip install -e '.[workbooks]')"
 """Command that installs the library."""
-_OLE, _ZIP = b"\xd0\xcf\x11\xe0", b"PK\x03\x04"
 _ODS = b"application/vnd.oasis.opendocument.spreadsheet"
 
 
 def other_workbook(content: bytes) -> str:
     """Ending of the format of a workbook other than .xlsx, by its content; empty for other files."""
-    if content.startswith(_OLE):
+    if content.startswith(OLE):
         return ".xls"
-    if not content.startswith(_ZIP):
+    if not content.startswith(ZIP):
         return ""
     if content[30:].startswith(b"mimetype" + _ODS):  # first, as it is in a damaged file, too
         return ".ods"

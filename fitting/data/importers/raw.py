@@ -14,7 +14,7 @@ from typing import Any
 
 from pneusma_jax.errors import reason_of
 
-from ..recordings.table import bytes_of, unusable
+from ..recordings.table import ZIP, bytes_of, unusable
 from .matlab import is_matlab_or_hdf5, sheets_of
 from .number_formats import Display, as_text, display_of, one_unit
 from .other_workbooks import other_sheets, other_workbook
@@ -113,7 +113,7 @@ class RawFile:
     @property
     def is_workbook(self) -> bool:
         """True for a workbook of any format."""
-        return self.content[:4] == b"PK\x03\x04" or bool(self.other)
+        return self.content.startswith(ZIP) or bool(self.other)
 
     @cached_property
     def other(self) -> str:

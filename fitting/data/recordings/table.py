@@ -105,7 +105,7 @@ def _read_text(path: Path) -> str:
     try:
         return raw.decode("utf-8-sig")
     except UnicodeDecodeError as error:
-        if raw.startswith(_BOOKS):
+        if raw.startswith((ZIP, OLE)):
             raise unusable(
                 path, "this is a workbook, not a CSV; `pneusma import` makes recordings of its sheets"
             ) from None
@@ -176,8 +176,8 @@ def _drop_nameless(table: Table) -> None:
     table.notices.append("an empty column without a name was left out")
 
 
-_BOOKS = (b"PK\x03\x04", b"\xd0\xcf\x11\xe0")
-"""First bytes of workbooks: `.xlsx` and `.ods`, and `.xls`."""
+ZIP, OLE = b"PK\x03\x04", b"\xd0\xcf\x11\xe0"
+"""First bytes of workbooks: `.xlsx`, `.xlsb` and `.ods`, and `.xls`."""
 _RAW = re.compile(r"[-+−]?\d+(?:[.\s]\d{3})*,\d+(?:e[-+]?\d+)?|\d+(?::\d\d)+(?:[.,]\d+)?", re.IGNORECASE)
 """Numbers with a decimal comma, and readings of a clock."""
 
