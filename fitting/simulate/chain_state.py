@@ -11,7 +11,6 @@ import numpy as np
 
 import pneusma_jax as pj
 from fitting.data.recordings import Recording
-from fitting.specimens.cautions import total_bend
 from fitting.specimens.model_objects import BASE, actuator_of, material_of
 from fitting.specimens.saved_models import AugmentedModel
 from fitting.specimens.saved_models.left_out import chain_without
@@ -89,9 +88,10 @@ class ChainState:
                 "the chain would not stay in this equilibrium: a small push lets it buckle into another"
             )
         if self.converged and self.clearance < 0.0:
+            bend = np.rad2deg(self.found.shape.total_bend)
             sentences.append(
-                f"bent by {total_bend(self.found.shape):.3g} degrees in all, so that parts of the chain "
-                f"overlap by {-self.clearance:.3g} mm: contact is not modelled"
+                f"bent by {bend:.3g} degrees in all, so that parts of the chain overlap by "
+                f"{-self.clearance:.3g} mm: contact is not modelled"
             )
         return sentences
 

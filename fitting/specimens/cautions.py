@@ -148,14 +148,9 @@ def chain_touching_cautions(shape: ChainShape, rows: str = "rows") -> list[str]:
         shape: of one chain, or of rows.
         rows: noun for what is counted.
     """
-    bend = total_bend(shape)
+    bend = np.rad2deg(np.asarray(shape.total_bend))
     overlap = np.asarray(shape.clearance().smallest) < 0.0
     return touching_cautions(bend, overlap, rows=rows)
-
-
-def total_bend(shape: ChainShape) -> np.ndarray:
-    """Bend angles of all segments of a chain together [deg], of one chain or of rows."""
-    return np.rad2deg(np.linalg.norm(np.asarray(shape.bends), axis=-1).sum(axis=-1))
 
 
 def _up_to(rows: str) -> str:

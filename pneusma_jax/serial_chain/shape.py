@@ -5,6 +5,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from ..numerics.safe import safe_norm
 from .clearance import Clearance, Pieces, chain_clearance
 from .kinematics import arc_frame, arc_points, compose, rotate_in_section, shift_along, side_points, transform
 
@@ -33,6 +34,12 @@ class ChainShape(eqx.Module):
     def end_pose(self) -> Float[Array, "*rows 4 4"]:
         """Frame at the tip."""
         return self.frames[..., -1, :, :]
+
+    @property
+    def total_bend(self) -> Float[Array, "*rows"]:
+        """Bend angles of all segments together, each without its direction [rad]. On a straight chain, where
+        it has a kink, its derivative is zero."""
+        return jnp.sum(safe_norm(self.bends), axis=-1)
 
     def row(self, index: int) -> "ChainShape":
         """The shape in one row of a history."""

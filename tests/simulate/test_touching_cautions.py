@@ -1,13 +1,12 @@
 """Cautions on bodies that may touch themselves: the angle, the rows, and none where contact is modelled."""
 
-import types
-
 import numpy as np
 
 from fitting.specimens.cautions import chain_touching_cautions, models_contact, touching_cautions
 from fitting.specimens.saved_models import AugmentedModel, add_effect
 from pneusma_jax.effects.body import TipContact
 from pneusma_jax.serial_chain.clearance import Clearance
+from pneusma_jax.serial_chain.shape import ChainShape
 
 
 def test_the_angle_and_the_rows_are_told():
@@ -25,7 +24,13 @@ def test_a_chain_whose_segments_bend_little_each_is_told_with_its_whole_angle():
     bends = np.zeros((2, 3, 2))
     bends[1, :, 1] = np.deg2rad(130.0)
     overlap = Clearance(np.array([[0.04, 0.04, 0.04], [0.01, 0.01, 0.01]]), np.array([[0.05], [-0.009]]), ((0, 2),))
-    shape = types.SimpleNamespace(bends=bends, clearance=lambda: overlap)
+
+    class Overlapping(ChainShape):
+        def clearance(self):
+            return overlap
+
+    none = np.zeros((2, 3))
+    shape = Overlapping(bends, none, none, none, none, np.zeros((2, 4, 4, 4)))
     assert chain_touching_cautions(shape) == [
         "bent by up to 390 degrees in all in 1 of 2 rows, where parts of the body overlap: contact is not modelled"
     ]

@@ -253,7 +253,7 @@ def _parted(
         correlation: that of the other program, one number or one a row.
         mine, theirs: rows that both have, see `common_rows`.
     """
-    parted = mine[1:][np.diff(theirs) > 1]
+    parted = _parted_rows(mine, theirs)
     if not parted.size and np.ndim(correlation) == 0:
         return correlation
     found = np.zeros(size)
@@ -266,10 +266,16 @@ def _parts_correlated(program: Program, turned: Program) -> bool:
     """True if rows of a program with turning points part errors that correlate in the one without."""
     for k, channels in enumerate(program.bare):
         mine, theirs = common_rows(program, turned, k)
-        parted = mine[1:][np.diff(theirs) > 1]
-        if parted.size and any(np.any(np.asarray(one.correlation) != 0.0) for one in channels):
+        if not _parted_rows(mine, theirs).size:
+            continue
+        if any(np.any(np.asarray(one.correlation) != 0.0) for one in channels):
             return True
     return False
+
+
+def _parted_rows(mine: np.ndarray, theirs: np.ndarray) -> np.ndarray:
+    """Rows of a program before which the other one has rows of its own; see `_parted` for the arguments."""
+    return mine[1:][np.diff(theirs) > 1]
 
 
 def common_rows(one: Program, other: Program, k: int) -> tuple[np.ndarray, np.ndarray]:

@@ -51,4 +51,4 @@ def overlapping(shape: ChainShape) -> Array:
     apart = jnp.linalg.norm(line[:, None] - line, axis=-1)
     free = jnp.min(jnp.where(far, apart, jnp.inf)) - 2.0 * jnp.max(shape.radii)
     closed = jnp.any(turns >= 2.0 * jnp.pi)  # a full turn runs into itself, wherever its end may be
-    return jnp.where(closed | (free < 0.0), jnp.rad2deg(jnp.sum(turns)), 0.0)
+    return jnp.where(closed | (free < 0.0), jnp.rad2deg(shape.total_bend), 0.0)

@@ -175,7 +175,7 @@ def _tips(chain: pj.SegmentChain, pressure: Any, drives: tuple) -> tuple[Any, ..
         activations = [tuple(pj.MartensiteFraction(x) for x in drive) for drive in drives]
         found = pj.solve_chain(chain, pressure, activations, throw=False)
         overlap = found.shape.clearance().smallest < 0.0
-        bend = jnp.rad2deg(jnp.linalg.norm(found.shape.bends, axis=-1).sum())
+        bend = jnp.rad2deg(found.shape.total_bend)
         return found.end_pose[:3, 3], found.converged, found.stable, overlap, bend
 
     return jax.vmap(one)(pressure, drives)
