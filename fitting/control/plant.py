@@ -123,14 +123,14 @@ class Plant(eqx.Module):
         ended = at_given_phases(problem, memory.unknowns)
         found = equilibrium_of(problem, jnp.where(ended.good, ended.unknowns, memory.unknowns), ended.steps)
         row = passed(problem, found, found.converged)
-        wires = jnp.where(found.converged, jnp.stack(wire_resistances(problem, row.calm)), memory.wires)
+        wires = jnp.where(found.converged, jnp.stack(wire_resistances(problem, row.finite)), memory.wires)
         return self._after(memory, row, warmer, wires, found.converged)
 
     def _after(
         self, memory: Memory, row: Passed, warmer: Array, wires: Array, good: Array
     ) -> tuple[Memory, Seen]:
         """Memory after a row, and the row's outputs."""
-        found = row.calm
+        found = row.finite
         resistances = jnp.where(good, jnp.stack([r.resistance for r in found.springs]), memory.resistances)
         unknowns = jnp.where(good, found.unknowns, memory.unknowns)
         after = Memory(row.states, row.memories, unknowns, warmer, resistances, wires)

@@ -16,18 +16,20 @@ from jaxtyping import Array
 
 from ..nitinol import SpringResponse, SpringState
 from ..nitinol.spring import Activation, LocatedFraction, MartensiteFraction, Resistance, Spring
-from ..numerics.alike import each
+from ..numerics.alike import map_alike
 from ..numerics.linear import solve_small
 from ..pipeline import PLAIN, WALL, Pipeline
 from . import Actuator
 
-REFERENCE_MODULUS = 1e5  # Pa, of the order of the silicone's; makes the residual of order one
-READING = 1e-6
+REFERENCE_MODULUS = 1e5
+"""Modulus that scales the residual [Pa], of the order of the silicone's: the residual is of order one."""
+END_TOLERANCE = 1e-6
 """Tolerance on the resistance of a fully cold or fully hot spring, as a part of the contrast between the
 phases [1]. It is about half a micro-ohm of a spring; instruments read to 1e-4 ohm."""
-WITHIN = 3.0
-"""Number of standard deviations of a reading by which it may be missed there."""
-START_BEND = 10.0 / 56.0  # (delta_1 - delta_2) / L0 of the first trial: sides at +5 and -5 mm, as tried out
+END_DEVIATIONS = 3.0
+"""Number of standard deviations of a noisy reading by which the resistance of such a spring may miss it."""
+START_BEND = 10.0 / 56.0
+"""Difference of the sides' elongations in the first trial, over the rest length [1]; 5 mm on 56 mm each."""
 
 
 class Problem(eqx.Module):
@@ -54,7 +56,7 @@ def spring_responses(problem: Problem, delta_centre: Array, bend: Array) -> tupl
 
 
 def spring_pulls(problem: Problem, delta_centre: Array, bend: Array) -> tuple[Array, ...]:
-    """Pull of every spring in a configuration [N]: `spring_responses` less what balance needs not."""
+    """Pull of every spring in a configuration [N], without the rest of its response, which costs more."""
     if _plain(problem):
         return tuple(_each_plain(Spring.plain_pull, problem, delta_centre, bend))
     return _each_spring(Spring.pull, problem, delta_centre, bend)
@@ -67,11 +69,11 @@ def _plain(problem: Problem) -> bool:
 
 
 def _each_plain(method: Callable, problem: Problem, delta_centre: Array, bend: Array) -> list:
-    """Results of a method for every spring of a plain row, from its elongation, fraction and state."""
+    """Results of a method for every spring of a row as in `_plain`, from elongation, fraction and state."""
     body = problem.actuator
     fractions = [a.value for a in problem.activations]
     elongations = delta_centre + body.spring_places @ bend
-    return each(method, list(zip(body.springs, elongations, fractions, problem.states, strict=True)))
+    return map_alike(method, list(zip(body.springs, elongations, fractions, problem.states, strict=True)))
 
 
 def _each_spring(method: Callable, problem: Problem, delta_centre: Array, bend: Array) -> tuple:
@@ -80,7 +82,7 @@ def _each_spring(method: Callable, problem: Problem, delta_centre: Array, bend: 
     elongations = delta_centre + body.spring_places @ bend
     rows = list(zip(body.springs, elongations, problem.activations, problem.states, strict=True))
     if not problem.pipeline.effects:
-        return tuple(each(method, rows))
+        return tuple(map_alike(method, rows))
     # effects ask for a spring by its number
     numbered = zip(body.spring_numbers, rows, strict=True)
     return tuple(method(*row, problem.pipeline.with_known(number=number)) for number, row in numbered)
@@ -202,44 +204,57 @@ def joint_residual(
 ) -> Array:
     """Scaled imbalance, and for every measured spring what its resistance misses [1].
 
-    The unknowns are the scaled configuration and the fractions of the measured springs, held to [0, 1]. So
+    The unknowns are the scaled configuration and the fractions of the measured springs, limited to [0, 1]. So
     full heat and both ends are regular. A fraction stays at an end while the resistance lies beyond the range
-    of the phases, within `READING`. Its equation then says that the fraction is at that end (correction 14).
+    of the phases, within `END_TOLERANCE`. Its equation then says that it is at that end (correction 14).
 
     Args:
         unknowns: shape (freedoms + measured,).
         problem: one row.
         orders: see `imbalance`.
-        held: fractions that are given whatever the resistances: whether each is, and at what, both of shape
-            (measured,).
+        held: fractions that are given whatever the resistances: true for each that is, and their values, both
+            of shape (measured,).
         responses: responses of the springs at these unknowns, where they are known.
     """
     count, given = freedoms(problem), at_phases(problem, unknowns[freedoms(problem) :], MartensiteFraction)
-    told = None
-    if responses is not None:
-        pairs = zip(problem.actuator.springs, responses, strict=True)
-        told = [(r.force, r.resistance, spring.contrast(r.gamma)) for spring, r in pairs]
-    elif measured(problem) and _plain(given):
-        at = configuration(problem.actuator, unknowns[:count])
-        told = _each_plain(Spring.plain_pull_and_resistance, given, *at)
-    pulls = None if told is None else [pull for pull, _, _ in told]
+    springs = _pulls_and_resistances(unknowns[:count], given, bool(measured(problem)), responses)
+    pulls = None if springs is None else [pull for pull, _, _ in springs]
     unbalanced = residual(unknowns[:count], given, orders, pulls)
     if not measured(problem):
         return unbalanced
-    if told is not None and not problem.pipeline.effects:
+    if springs is not None and not problem.pipeline.effects:
         missed = jnp.stack([
-            _missed(problem.actuator.springs[k], problem.activations[k], xi0, *told[k][1:])
+            _missed(problem.actuator.springs[k], problem.activations[k], xi0, *springs[k][1:])
             for k, xi0 in zip(measured(problem), unknowns[count:], strict=True)
         ])  # fmt: skip
     else:
-        missed = jnp.stack(_misread(unknowns, problem, count))
+        missed = jnp.stack(_missed_with_effects(unknowns, problem, count))
     if held is not None:
         missed = jnp.where(held[0], unknowns[count:] - held[1], missed)
     return jnp.concatenate([unbalanced, missed])
 
 
-def _misread(unknowns: Array, problem: Problem, count: int) -> list[Array]:
-    """The rows of `joint_residual` of the measured springs, with effects."""
+def _pulls_and_resistances(
+    unknowns: Array, given: Problem, needed: bool, responses: tuple[SpringResponse, ...] | None
+) -> list | None:
+    """Pull [N], resistance and contrast of the phases [ohm] of every spring; None where effects change them.
+
+    Args:
+        unknowns: scaled configuration, shape (freedoms,).
+        given: one row, with the fractions of its measured springs given.
+        needed: true if they are asked for where no responses are known.
+        responses: see `joint_residual`.
+    """
+    if responses is not None:
+        pairs = zip(given.actuator.springs, responses, strict=True)
+        return [(r.force, r.resistance, spring.contrast(r.gamma)) for spring, r in pairs]
+    if not (needed and _plain(given)):
+        return None
+    return _each_plain(Spring.plain_pull_and_resistance, given, *configuration(given.actuator, unknowns))
+
+
+def _missed_with_effects(unknowns: Array, problem: Problem, count: int) -> list[Array]:
+    """What the resistance of every measured spring misses [1], with effects; see `joint_residual`."""
     actuator = problem.actuator
     centre, bend = configuration(actuator, unknowns[:count])
     elongations = centre + actuator.spring_places @ bend
@@ -256,14 +271,17 @@ def _missed(spring: Spring, activation: Resistance, xi0: Array, ohms: Array, con
     """What the resistance of a spring misses of the measured one [1].
 
     Args:
-        spring, activation, xi0: spring, its reading and its fraction.
-        ohms, contrast: resistance that it has, and that of martensite over that of austenite [ohm].
+        spring: the spring.
+        activation: its measured resistance.
+        xi0: its martensite fraction [1].
+        ohms: resistance that it has [ohm].
+        contrast: resistance of martensite less that of austenite, at its strain [ohm].
     """
     scale = jax.lax.stop_gradient(spring.contrast_at_rest)
     missed = (ohms - activation.value) / scale
     missed = missed * jax.lax.stop_gradient(jnp.where(contrast < 0.0, -1.0, 1.0))
     surplus = jax.lax.stop_gradient(missed)
-    within = READING + WITHIN * activation.noise / scale
+    within = END_TOLERANCE + END_DEVIATIONS * activation.noise / scale
     cold = (xi0 >= 1.0) & (surplus <= within)
     hot = (xi0 <= 0.0) & (surplus >= -within)
     end = jnp.where(cold, 1.0, 0.0)
@@ -283,7 +301,7 @@ def all_finite(problem: Problem) -> Array:
     return 0.0 * sum(jnp.sum(leaf) if jnp.ndim(leaf) else leaf for leaf in leaves) == 0.0
 
 
-def calm(problem: Problem, unknowns: Array) -> tuple[Problem, Array]:
+def zeros_for_nan(problem: Problem, unknowns: Array) -> tuple[Problem, Array]:
     """The row with zeros for what is not finite.
 
     A NaN that is discarded later would still reach every reverse gradient.

@@ -7,7 +7,7 @@ has too small a resistance.
 
 import numpy as np
 
-from .balance import READING, WITHIN
+from .balance import END_DEVIATIONS, END_TOLERANCE
 from .batches import Rows, Solved, contrasts_at_rest, is_resistance, solved_from
 from .result import Equilibrium
 from .root_count import Known, counted, joined
@@ -69,6 +69,6 @@ def beyond_cold(rows: Rows, result: Equilibrium) -> np.ndarray:
     found, at_rest = np.zeros(len(rows), bool), contrasts_at_rest(rows.actuator)
     for contrast, activation, seen in zip(at_rest, rows.each[1], result.springs, strict=True):
         if is_resistance(activation):
-            least = READING * contrast + WITHIN * activation.noise
+            least = END_TOLERANCE * contrast + END_DEVIATIONS * activation.noise
             found |= (seen.xi0 >= 1.0) & (np.abs(seen.resistance - activation.value) > least)
     return found

@@ -11,7 +11,7 @@ from jaxtyping import Array
 from ..numerics.carried import carried
 from ..numerics.newton import solve_blocks
 from ..numerics.safe import frozen
-from .balance import Problem, calm, freedoms, joint_residual
+from .balance import Problem, freedoms, joint_residual, zeros_for_nan
 
 
 def attached(problem: Problem, root: Array, stiffness: Array | None = None) -> Array:
@@ -22,7 +22,7 @@ def attached(problem: Problem, root: Array, stiffness: Array | None = None) -> A
         root: joint unknowns.
         stiffness: slope of the joint residual there, if it is known.
     """
-    problem, root = calm(problem, root)
+    problem, root = zeros_for_nan(problem, root)
     if stiffness is not None:
         finite = jnp.all(jnp.isfinite(stiffness))
         stiffness = frozen(jnp.where(finite, stiffness, jnp.eye(len(stiffness))))

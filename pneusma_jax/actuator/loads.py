@@ -110,8 +110,8 @@ class Gravity(Load):
 
     def generalised_force(self, length: Array, bend: Float[Array, "2"]) -> tuple[Array, Array]:
         """See `Load.generalised_force`."""
-        tube = yield_of_mean(self.mass * self.acceleration, length, bend, self.place)
-        tip = yield_of_end(self.tip_mass * self.acceleration, length, bend, self.tip_place)
+        tube = generalised_along(self.mass * self.acceleration, length, bend, self.place)
+        tip = generalised_at_end(self.tip_mass * self.acceleration, length, bend, self.tip_place)
         return tube[0] + tip[0], tube[1] + tip[1]
 
     def carried(self) -> tuple[Array, Array, Array, Array]:
@@ -139,7 +139,7 @@ def centred_weight(
         mass * 0.5 * (3.0 * c_5 - c_4) + tip_mass * middle,
         mass * middle + tip_mass * 0.5 * (c_3 - c_2),
     )
-    return _yield_along_fibre(acceleration, length, bend, jnp.zeros(2), (aside, ahead), slopes)
+    return _generalised_along_fibre(acceleration, length, bend, jnp.zeros(2), (aside, ahead), slopes)
 
 
 class TipForce(Load):
@@ -159,7 +159,7 @@ class TipForce(Load):
 
     def generalised_force(self, length: Array, bend: Float[Array, "2"]) -> tuple[Array, Array]:
         """See `Load.generalised_force`."""
-        return yield_of_end(self.force, length, bend, self.place)
+        return generalised_at_end(self.force, length, bend, self.place)
 
     def carried(self) -> tuple[Array, Array, Array, Array]:
         """See `Load.carried`."""
@@ -212,27 +212,28 @@ def _along_fibre(length: Array, bend: Array, place: Array, aside: Array, ahead: 
     return jnp.concatenate([place - own_length * aside * bend, (own_length * ahead)[None]])
 
 
-def yield_of_end(
+def generalised_at_end(
     force: Array, length: Array, bend: Array, place: Array, shared: tuple[Array, ...] | None = None
 ) -> tuple[Array, Array]:
     """Gradient of `-force @ fibre_end` over length [N] and bend [N m]; `shared` as of `fibre_mean`."""
     c_1, c_2, c_3, c_4, _ = stumpff(bend @ bend) if shared is None else shared
     slopes = (c_4 - 0.5 * c_3, 0.5 * (c_3 - c_2))  # of c_2 and c_1: c_k' = (k c_(k+2) - c_(k+1)) / 2
-    return _yield_along_fibre(force, length, bend, place, (c_2, c_1), slopes)
+    return _generalised_along_fibre(force, length, bend, place, (c_2, c_1), slopes)
 
 
-def yield_of_mean(
+def generalised_along(
     force: Array, length: Array, bend: Array, place: Array, shared: tuple[Array, ...] | None = None
 ) -> tuple[Array, Array]:
     """Gradient of `-force @ fibre_mean` over length [N] and bend [N m]; `shared` as of `fibre_mean`."""
     _, c_2, c_3, c_4, c_5 = stumpff(bend @ bend) if shared is None else shared
     slopes = (0.5 * (3.0 * c_5 - c_4), c_4 - 0.5 * c_3)
-    return _yield_along_fibre(force, length, bend, place, (c_3, c_2), slopes)
+    return _generalised_along_fibre(force, length, bend, place, (c_3, c_2), slopes)
 
 
-def _yield_along_fibre(
+def _generalised_along_fibre(
     force: Array, length: Array, bend: Array, place: Array, values: tuple, slopes: tuple
 ) -> tuple[Array, Array]:
+    """Gradient over length [N] and bend [N m], from factors of the fibre's position and their slopes."""
     aside, ahead = force[:2], force[2]
     per_length = values[0] * (aside @ bend) - values[1] * ahead
     turned = values[0] * aside + 2.0 * bend * (slopes[0] * (aside @ bend) - slopes[1] * ahead)

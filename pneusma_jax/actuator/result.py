@@ -17,11 +17,11 @@ from .balance import (
     Problem,
     all_finite,
     at_phases,
-    calm,
     configuration,
     freedoms,
     joint_residual,
     spring_responses,
+    zeros_for_nan,
 )
 from .root_find import BALANCED, Ended
 
@@ -202,7 +202,7 @@ def equilibrium_of(
     """
     actuator, count, finite = problem.actuator, freedoms(problem), all_finite(problem)
     real = finite & jnp.all(jnp.isfinite(unknowns))
-    problem, unknowns = calm(problem, unknowns)
+    problem, unknowns = zeros_for_nan(problem, unknowns)
     row, problem = problem, at_phases(problem, unknowns[count:])
     delta_centre, bend = configuration(actuator, unknowns[:count])
     slimmest = (delta_centre - _reach(actuator, bend)) / actuator.length

@@ -11,13 +11,13 @@ import equinox as eqx
 import jax
 import numpy as np
 
-from .balance import READING
+from .balance import END_TOLERANCE
 from .batches import Rows, Solved, contrasts_at_rest, is_resistance, solved_from, taken
 from .result import Equilibrium, Status
 from .root_search import MOST_ROOTS, distinct
 
 INWARDS = 3.0
-"""Tolerances of an exactly cold or hot spring, see `READING`, by which its reading is moved inside [1]."""
+"""Number of `END_TOLERANCE` by which the reading of an exactly cold or hot spring is moved inside [1]."""
 TWIN = 1e-5
 """Distance from the end at which an equilibrium beside an exactly cold or hot spring is looked for [1]."""
 NEAR = 0.01
@@ -129,7 +129,7 @@ def _at_ends(rows: Rows, known: Known) -> tuple[np.ndarray, np.ndarray]:
     at_rest = contrasts_at_rest(rows.actuator)
     for place, k in enumerate(measured):
         activation, xi0 = rows.each[1][k], known.every.unknowns[known.which, count + place]
-        least = READING * at_rest[k]
+        least = END_TOLERANCE * at_rest[k]
         seen = known.every.result.springs[k].resistance[known.which]
         met = (np.abs(seen - activation.value[:, None]) <= least) & (activation.noise == 0.0)[:, None]
         here.append(known.real & met & ((xi0 >= 1.0) | (xi0 <= 0.0)))

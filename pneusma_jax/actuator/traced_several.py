@@ -13,7 +13,7 @@ from jaxtyping import Array
 
 from ..nitinol.spring import MartensiteFraction, Resistance
 from . import Actuator
-from .balance import READING, WITHIN, Problem, all_finite, at_phases, configuration, start
+from .balance import END_DEVIATIONS, END_TOLERANCE, Problem, all_finite, at_phases, configuration, start
 from .batches import BLOCK, is_resistance
 from .cells import Reading, all_cells, examined
 from .further_roots import FLAT
@@ -241,7 +241,7 @@ class _Search:
             lonely = ended.slope >= FLAT
             for k, activation in enumerate(problem.activations):
                 if isinstance(activation, Resistance):
-                    least = READING * springs[k].contrast_at_rest + WITHIN * activation.noise
+                    least = END_TOLERANCE * springs[k].contrast_at_rest + END_DEVIATIONS * activation.noise
                     lonely &= (fractions[k] < 1.0) | (jnp.abs(read[k] - activation.value) <= least)
             return ended, lonely, _Grid(here, ended.good, jnp.stack(read), jnp.stack(contrasts))
 

@@ -7,7 +7,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from ..numerics.safe import begun_as, safe_divide
+from ..numerics.safe import begun_as, safe_divide, zero_unless
 from ..pipeline import Effect, Known, Pipeline, as_driven, as_recorded
 from ..program_cache import stored_jit
 from .residual_strain import SpringState
@@ -102,8 +102,8 @@ def _simulate(
         if effects:
             # a failed row is NaN: what it would commit is replaced before the memory's laws see it
             good = response.status <= int(WireStatus.several_strains)
-            calm = jax.tree.map(lambda x: jnp.where(good, x, 0.0) if eqx.is_inexact_array(x) else x, response)
-            later = pipeline.remembered(solved=calm, seen={free: getattr(calm, free)})
+            finite = zero_unless(good, response)
+            later = pipeline.remembered(solved=finite, seen={free: getattr(finite, free)})
             memories = jax.tree.map(lambda new, old: jnp.where(good, new, old), later, memories)
         return (after, memories), (response, after, seen)
 

@@ -1,7 +1,7 @@
 """One function of several alike arguments: springs of an actuator, discs of a section.
 
-Traced once for all arguments, the function makes a program of a third to a half of a loop's size. It compiles
-in a third to a half of the loop's time.
+If the function is traced once for all arguments, the compiled program has a third to a half of a loop's size.
+It compiles in a third to a half of the loop's time.
 """
 
 import math
@@ -13,17 +13,17 @@ import jax.numpy as jnp
 from jaxtyping import Array, PyTree
 
 
-def each(function: Callable, arguments: Sequence[tuple[PyTree, ...]]) -> list[Any]:
+def map_alike(function: Callable, arguments: Sequence[tuple[PyTree, ...]]) -> list[Any]:
     """Results of a function for several tuples of arguments, one for each.
 
     Args:
-        function: function of pytrees of arrays, with results of arrays. It must not look at numbers.
+        function: function of pytrees of arrays, with results of arrays. It must not branch on their values.
         arguments: tuples of arguments. If all are alike, as `alike` says, the function is traced once for all
             of them.
     """
     if len(arguments) < 2 or not alike(arguments):
         return [function(*given) for given in arguments]
-    # each argument by itself: constants stay apart from what differs from row to row
+    # each argument is packed by itself: constants stay apart from what differs from row to row
     packed = [_packed(trees) for trees in zip(*arguments, strict=True)]
 
     def one(rows: list[Array]) -> Any:
@@ -43,7 +43,7 @@ def alike(trees: Sequence[PyTree]) -> bool:
 
 
 def _packed(trees: Sequence[PyTree]) -> tuple[PyTree, Callable[[PyTree], PyTree]]:
-    """Alike pytrees as rows of arrays, and what makes such a pytree of a row.
+    """Alike pytrees as rows of arrays, and the function that makes such a pytree from a row.
 
     Numbers of one type become one array. A stack for each of some thirty constants of a spring would be a
     small program of its own.
@@ -57,7 +57,7 @@ def _packed(trees: Sequence[PyTree]) -> tuple[PyTree, Callable[[PyTree], PyTree]
     rows = jnp.concatenate([jnp.ravel(x) for own in leaves for x in own]).reshape(len(trees), -1)
 
     def unpack(row: Array) -> PyTree:
-        parts = jax.lax.split(row, sizes)  # whose reverse derivative is one array, not a sum of padded ones
+        parts = jax.lax.split(row, sizes)  # slices have a sum of padded arrays as derivative
         cut = [part.reshape(shape) for part, shape in zip(parts, shapes, strict=True)]
         return jax.tree.unflatten(structure, cut)
 

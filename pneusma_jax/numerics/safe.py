@@ -88,6 +88,18 @@ def begun_as(values: PyTree, varying: PyTree) -> PyTree:
     return jax.tree.map(begun, values)
 
 
+def zero_unless(good: Array, tree: PyTree) -> PyTree:
+    """The same numbers, or zeros in their place; integers stay.
+
+    Memory laws see this instead of a failed row, whose NaN would reach every reverse gradient.
+
+    Args:
+        good: true for the numbers, shape ().
+        tree: pytree of arrays.
+    """
+    return jax.tree.map(lambda x: jnp.where(good, x, 0.0) if eqx.is_inexact_array(x) else x, tree)
+
+
 def frozen(tree: PyTree) -> PyTree:
     """The same numbers without derivatives."""
     return jax.tree.map(lambda x: jax.lax.stop_gradient(x) if eqx.is_array(x) else x, tree)

@@ -20,7 +20,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ..numerics.alike import each
+from ..numerics.alike import map_alike
 from ..numerics.safe import as_array, as_numpy, is_concrete, namespace_of, safe_norm
 from .shapes import Disc, Rule, Shape, across
 
@@ -81,7 +81,10 @@ class Section(eqx.Module):
         """
         xp = namespace_of(direction, *jax.tree.leaves(self.shapes))
         of = lambda shape: (shape.rule_between if between else shape.rule)(direction, cuts, self.nodes)  # noqa: E731
-        rules = [of(shape) for shape in self.shapes] if xp is np else each(of, [(s,) for s in self.shapes])
+        if xp is np:
+            rules = [of(shape) for shape in self.shapes]
+        else:
+            rules = map_alike(of, [(shape,) for shape in self.shapes])
         signed = [
             Rule(r.s, *(sign * weights for weights in r.across))
             for r, sign in zip(rules, self.signs, strict=True)

@@ -1,11 +1,11 @@
 """Equilibrium of a loaded chain: force and moment of every segment at once, coupled by the loads between
 them.
 
-The unknowns are those of all segments, each as in `balance`. A segment's residual is the single actuator's,
-under a generalised force (`actuator.loads.HeldLoad`). This force stands for all loads on the segment and
-beyond it, and depends on the shape of the whole chain (`loads`). Segments of equal structure are rows of one
-batch. The Jacobian consists of the segments' own blocks, each by forward differentiation, and the dense
-derivative of the loads. The latter needs kinematics only.
+The unknowns are those of all segments, each as in `actuator.balance`. A segment's residual is the single
+actuator's, under a generalised force (`actuator.loads.HeldLoad`). This force stands for all loads on the
+segment and beyond it, and depends on the shape of the whole chain (`loads`). Segments of equal structure are
+rows of one batch. The Jacobian consists of the segments' own blocks and the dense derivative of the loads.
+Each block comes by forward differentiation. The derivative of the loads needs kinematics only.
 
 Newton's method starts from the chain at rest: cold, without pressure and without load. First it applies
 pressure, heat and loads at once. If that fails, or ends in an unstable equilibrium, it applies them in steps
@@ -36,7 +36,7 @@ from ..nitinol import MartensiteFraction
 from ..numerics.safe import frozen
 from .loads import ChainLoad, generalised_forces
 
-CLOSE = 1e-10
+CONVERGED_STEP = 1e-10
 """Maximum Newton step in scaled unknowns at which an attempt ends. Steps shrink quadratically, so the
 remaining error is far below the accuracy of the section's quadrature, 1e-10."""
 MOST_STEPS = 40
@@ -47,10 +47,10 @@ are no longer nearly linear in the shape. Five loaded chains of 16 segments were
 and 8 and with none. The limit 2 took fewest steps (21 to 67, without limit 70 to 183), and 8 once ended in
 another equilibrium."""
 LONGEST_STRAIN = 0.3
-"""Maximum change of a scaled unknown by one Newton step [1], a strain; as for single rows in `tracking`."""
+"""Maximum change of a scaled unknown by one Newton step [1], a strain; as `longest` of `BoundedNewton`."""
 LEAST_STRIDE = 1.0 / 512.0
 """Minimum share of the load that is applied at once; Newton fails there only where the branch ends."""
-MOST_IN_ALL = 1000
+MOST_STEPS_IN_ALL = 1000
 """Maximum number of Newton steps of one chain, over all attempts."""
 
 
@@ -84,8 +84,8 @@ class ChainProblem(eqx.Module):
         return jnp.concatenate([part.actuator.length for part in self.parts])[self.order]
 
 
-class Stand(eqx.Module):
-    """Result of the search for an equilibrium.
+class ChainRoot(eqx.Module):
+    """Unknowns at which the search for an equilibrium ended, and how it ended.
 
     Attributes:
         unknowns: unknowns of all segments, part after part.
@@ -152,18 +152,18 @@ def chain_jacobian(
 ) -> tuple[Float[Array, "unknowns"], Float[Array, "unknowns unknowns"]]:
     """`chain_residual` and its derivative, at the cost of one evaluation of each segment and its slopes."""
 
-    def twice(z: Array) -> tuple[Array, Array]:
+    def forces_and_value(z: Array) -> tuple[Array, Array]:
         forces = load_forces(problem, z)
         return forces, forces
 
-    slopes, forces = jax.jacfwd(twice, has_aux=True)(unknowns)
+    slopes, forces = jax.jacfwd(forces_and_value, has_aux=True)(unknowns)
 
     def of_segment(z: Array, part: Problem, load: Array) -> tuple[tuple[Array, Array], Array]:
-        def excess(z: Array, load: Array) -> tuple[Array, Array]:
+        def imbalance_and_value(z: Array, load: Array) -> tuple[Array, Array]:
             imbalance = residual(z, loaded(part, load))
             return imbalance, imbalance
 
-        return jax.jacfwd(excess, argnums=(0, 1), has_aux=True)(z, load)
+        return jax.jacfwd(imbalance_and_value, argnums=(0, 1), has_aux=True)(z, load)
 
     values: list[Array] = []
     rows: list[Array] = []
@@ -176,11 +176,9 @@ def chain_jacobian(
         row = row.at[np.arange(count)[:, None, None], np.arange(size)[:, None], columns[:, None, :]].add(
             block
         )
-        values, rows, column = (
-            [*values, value.ravel()],
-            [*rows, row.reshape(count * size, -1)],
-            column + z.size,
-        )
+        values.append(value.ravel())
+        rows.append(row.reshape(count * size, -1))
+        column += z.size
     return jnp.concatenate(values), jnp.concatenate(rows)
 
 
@@ -202,12 +200,15 @@ def _is_stable(problem: ChainProblem, jacobian: Array) -> Array:
 
 
 class _SearchState(eqx.Module):
-    """State of the loop.
+    """State of the loop of `search`. An attempt is Newton's method at one share of the load.
 
     Attributes:
-        unknowns: unknowns of the running attempt; last_good: those of the last successful attempt.
-        reached: share of the load that was solved; stride: addition to it by the running attempt.
-        tries: Newton steps of the running attempt; steps: Newton steps of all attempts.
+        unknowns: unknowns of the running attempt.
+        last_good: unknowns of the last successful attempt.
+        reached: share of the load that was solved [1].
+        stride: addition to it by the running attempt [1].
+        tries: Newton steps of the running attempt.
+        steps: Newton steps of all attempts.
         begun: true once the start itself, an attempt of its own, has been solved.
         stable: true if the last solved equilibrium is stable.
     """
@@ -222,7 +223,7 @@ class _SearchState(eqx.Module):
     stable: Array
 
 
-def search(rest: ChainProblem, problem: ChainProblem, guess: Float[Array, "unknowns"]) -> Stand:
+def search(rest: ChainProblem, problem: ChainProblem, guess: Float[Array, "unknowns"]) -> ChainRoot:
     """Follow the equilibrium from one problem to another, without derivatives.
 
     Args:
@@ -232,7 +233,7 @@ def search(rest: ChainProblem, problem: ChainProblem, guess: Float[Array, "unkno
     """
 
     def go_on(now: _SearchState) -> Array:
-        return (now.reached < 1.0) & (now.stride >= LEAST_STRIDE) & (now.steps < MOST_IN_ALL)
+        return (now.reached < 1.0) & (now.stride >= LEAST_STRIDE) & (now.steps < MOST_STEPS_IN_ALL)
 
     def advance(now: _SearchState) -> _SearchState:
         share = jnp.where(now.begun, jnp.minimum(now.reached + now.stride, 1.0), 0.0)
@@ -243,7 +244,7 @@ def search(rest: ChainProblem, problem: ChainProblem, guess: Float[Array, "unkno
         size = jnp.max(jnp.abs(step))
         stable = _is_stable(scaled, jacobian)
         trial = now.unknowns - step * jnp.minimum(1.0, 1.0 / _step_ratio(scaled, step))
-        converged = (size < CLOSE) & (jnp.max(jnp.abs(excess)) < BALANCED)
+        converged = (size < CONVERGED_STEP) & (jnp.max(jnp.abs(excess)) < BALANCED)
         # an unstable equilibrium that follows a stable one is on another branch: take a smaller step
         off_branch = converged & now.begun & now.stable & ~stable & (now.stride > 4.0 * LEAST_STRIDE)
         good = converged & ~off_branch
@@ -265,7 +266,7 @@ def search(rest: ChainProblem, problem: ChainProblem, guess: Float[Array, "unkno
     none, whole, no = jnp.asarray(0.0), jnp.asarray(1.0), jnp.asarray(0)
     first = _SearchState(guess, guess, none, whole, no, no, jnp.asarray(False), jnp.asarray(True))
     last = jax.lax.while_loop(go_on, advance, first)
-    return Stand(last.last_good, last.steps, last.reached >= 1.0, last.stable)
+    return ChainRoot(last.last_good, last.steps, last.reached >= 1.0, last.stable)
 
 
 def _step_ratio(problem: ChainProblem, step: Array) -> Array:
@@ -297,14 +298,14 @@ def rest_of(problem: ChainProblem) -> tuple[ChainProblem, Float[Array, "unknowns
     return rest, jnp.zeros(sum(sizes))
 
 
-def chain_root(rest: ChainProblem, problem: ChainProblem, guess: Float[Array, "unknowns"]) -> Stand:
+def chain_root(rest: ChainProblem, problem: ChainProblem, guess: Float[Array, "unknowns"]) -> ChainRoot:
     """`search`, with derivatives of the unknowns by the implicit function theorem."""
     problems, start = frozen((rest, problem)), jax.lax.stop_gradient(guess)
 
     def find(_: object, start: Array) -> tuple[Array, tuple]:
-        stand = search(*problems, start)  # type: ignore[call-arg]
-        diagnostics = (stand.steps, stand.found, stand.stable)
-        return stand.unknowns, tuple(x.astype(start.dtype) for x in diagnostics)  # integers get no tangent
+        root = search(*problems, start)  # type: ignore[call-arg]
+        diagnostics = (root.steps, root.found, root.stable)
+        return root.unknowns, tuple(x.astype(start.dtype) for x in diagnostics)  # integers get no tangent
 
     def tangent(linear: Callable, vector: Array) -> Array:
         return jnp.linalg.solve(jax.jacfwd(linear)(vector), vector)
@@ -313,19 +314,19 @@ def chain_root(rest: ChainProblem, problem: ChainProblem, guess: Float[Array, "u
         lambda z: chain_residual(z, problem), start, find, tangent, has_aux=True
     )
     steps, found, stable = jax.lax.stop_gradient(diagnostics)
-    return Stand(unknowns, steps.astype(int), found > 0.5, stable > 0.5)
+    return ChainRoot(unknowns, steps.astype(int), found > 0.5, stable > 0.5)
 
 
-def described(problem: ChainProblem, stand: Stand) -> list[Equilibrium]:
+def described(problem: ChainProblem, root: ChainRoot) -> list[Equilibrium]:
     """Every segment's row with its status, part by part; all are NaN where the chain found no equilibrium."""
-    forces = load_forces(problem, stand.unknowns)
+    forces = load_forces(problem, root.unknowns)
     results = []
-    rows = zip(problem.parts, split(problem, stand.unknowns), problem.members, strict=True)
+    rows = zip(problem.parts, split(problem, root.unknowns), problem.members, strict=True)
     for part, z, members in rows:
-        one = lambda part, z, load: equilibrium_of(loaded(part, load), z, stand.steps)  # noqa: E731
+        one = lambda part, z, load: equilibrium_of(loaded(part, load), z, root.steps)  # noqa: E731
         row = jax.vmap(one)(part, z, forces[np.asarray(members)])
-        lost = ~stand.found & solved(row.status)
+        lost = ~root.found & solved(row.status)
         row = eqx.tree_at(lambda r: r.status, row, jnp.where(lost, int(Status.no_equilibrium), row.status))
-        blank = lambda x: jnp.where(stand.found, x, jnp.nan) if eqx.is_inexact_array(x) else x  # noqa: E731
+        blank = lambda x: jnp.where(root.found, x, jnp.nan) if eqx.is_inexact_array(x) else x  # noqa: E731
         results.append(jax.tree.map(blank, row))
     return results

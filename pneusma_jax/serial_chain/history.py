@@ -17,7 +17,7 @@ from ..actuator.result import Equilibrium, Validity
 from ..nitinol import SpringResponse, SpringState
 from ..nitinol.spring import Activation
 from ..nitinol.thermal import Heating
-from ..numerics.safe import begun_as
+from ..numerics.safe import begun_as, zero_unless
 from ..program_cache import stored_jit
 from ..simulate.history import History, phases_of
 from .balance import ChainProblem, chain_root, described, rest_of
@@ -72,26 +72,23 @@ def loaded_history(
         ]
         phases, temperatures = tuple(w[0] for w in warmed), tuple(w[1] for w in warmed)
         problem = _problem(balance, stacked, pressure, phases, carry.states)
-        stand = chain_root(carry.before, problem, carry.unknowns)
-        found = described(problem, stand)
-        good = stand.found
+        root = chain_root(carry.before, problem, carry.unknowns)
+        found = described(problem, root)
+        good = root.found
         for row_of_part in found:
             good = good & jnp.all(row_of_part.converged)
         keep = lambda new, old: jax.tree.map(lambda a, b: jnp.where(good, a, b), new, old)  # noqa: E731
         # a failed row is NaN: what it would commit is replaced before the memory's laws see it
-        calm = [
-            jax.tree.map(lambda x: jnp.where(good, x, 0.0) if eqx.is_inexact_array(x) else x, f)
-            for f in found
-        ]
+        finite = [zero_unless(good, f) for f in found]
         states = tuple(
             keep(_remembered(body, state, f), state)
-            for (body, _, _), state, f in zip(stacked, carry.states, calm, strict=True)
+            for (body, _, _), state, f in zip(stacked, carry.states, finite, strict=True)
         )
         resistances = tuple(
             keep(tuple(r.resistance for r in f.springs), old)
-            for f, old in zip(calm, carry.resistances, strict=True)
+            for f, old in zip(finite, carry.resistances, strict=True)
         )
-        unknowns = jnp.where(good, stand.unknowns, carry.unknowns)
+        unknowns = jnp.where(good, root.unknowns, carry.unknowns)
         after = _Carry(states, temperatures, resistances, unknowns, keep(problem, carry.before))
         shown = [dict(curvature=f.curvature, bend_angle=f.bend_angle, length=f.length) for f in found]
         return after, (tuple(found), states, temperatures, tuple(shown))

@@ -29,7 +29,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ..actuator.loads import Load, fibre_mean, stumpff, yield_of_end, yield_of_mean
+from ..actuator.loads import Load, fibre_mean, generalised_along, generalised_at_end, stumpff
 from .kinematics import rotate_in_section, rotation_vector, transform
 
 
@@ -49,12 +49,12 @@ class ChainLoad(eqx.Module):
         """
 
     @abc.abstractmethod
-    def at_ends(self, turns: Float[Array, "n 3 3"]) -> tuple[Array, Array] | None:
+    def at_ends(self, rotations: Float[Array, "n 3 3"]) -> tuple[Array, Array] | None:
         """Load at the ends of segments, or None.
 
         Args:
-            turns: rotation matrices of the segments' own axes at their ends, relative to the chain's base,
-                shape (n, 3, 3).
+            rotations: rotation matrices of the segments' own axes at their ends, relative to the chain's
+                base, shape (n, 3, 3).
 
         Returns:
             Forces [N] and moments about the ends' centres [N m] in the frame of the base, both of shape (n,
@@ -88,10 +88,10 @@ class ChainWeight(ChainLoad):
         """See `ChainLoad.spread`."""
         return self.masses[:, None] * self.acceleration, self.places
 
-    def at_ends(self, turns: Float[Array, "n 3 3"]) -> tuple[Array, Array]:
+    def at_ends(self, rotations: Float[Array, "n 3 3"]) -> tuple[Array, Array]:
         """See `ChainLoad.at_ends`."""
         forces = self.end_masses[:, None] * self.acceleration
-        return forces, _moment_of(forces, turns, self.end_places)
+        return forces, _moment_of(forces, rotations, self.end_places)
 
     def check(self, count: int) -> None:
         """See `ChainLoad.check`."""
@@ -125,13 +125,14 @@ class PointLoad(ChainLoad):
         """See `ChainLoad.spread`."""
         return None
 
-    def at_ends(self, turns: Float[Array, "n 3 3"]) -> tuple[Array, Array]:
+    def at_ends(self, rotations: Float[Array, "n 3 3"]) -> tuple[Array, Array]:
         """See `ChainLoad.at_ends`."""
-        turn = turns[self.segment]
-        force, moment = (turn @ self.force, turn @ self.moment) if self.follows else (self.force, self.moment)
-        arm = turn[:, : self.place.shape[0]] @ self.place
-        alone = jnp.zeros((turns.shape[0], 3))
-        return alone.at[self.segment].set(force), alone.at[self.segment].set(moment + _cross(arm, force))
+        rotation, force, moment = rotations[self.segment], self.force, self.moment
+        if self.follows:
+            force, moment = rotation @ force, rotation @ moment
+        arm = rotation[:, : self.place.shape[0]] @ self.place
+        none = jnp.zeros((rotations.shape[0], 3))
+        return none.at[self.segment].set(force), none.at[self.segment].set(moment + _cross(arm, force))
 
     def check(self, count: int) -> None:
         """See `ChainLoad.check`."""
@@ -164,7 +165,7 @@ class LineLoad(ChainLoad):
         count = rest_lengths.shape[0]
         return self.per_length * rest_lengths[:, None], jnp.broadcast_to(self.place, (count, 2))
 
-    def at_ends(self, turns: Float[Array, "n 3 3"]) -> None:
+    def at_ends(self, rotations: Float[Array, "n 3 3"]) -> None:
         """See `ChainLoad.at_ends`."""
         return None
 
@@ -175,8 +176,8 @@ class LineLoad(ChainLoad):
                 _check_shape(f"`{name}` of a line load", getattr(self, name), (count, size))
 
 
-class SegmentsOwn(ChainLoad):
-    """Loads of the segments themselves, `Actuator.loads`: one load of each, none of some.
+class SegmentLoads(ChainLoad):
+    """One load of every segment's own, from its `Actuator.loads`; zero for a segment that has fewer.
 
     Attributes:
         forces, places: force spread along each segment [N], shape (n, 3), and its position in the section
@@ -193,13 +194,13 @@ class SegmentsOwn(ChainLoad):
         """See `ChainLoad.spread`."""
         return self.forces, self.places
 
-    def at_ends(self, turns: Float[Array, "n 3 3"]) -> tuple[Array, Array]:
+    def at_ends(self, rotations: Float[Array, "n 3 3"]) -> tuple[Array, Array]:
         """See `ChainLoad.at_ends`."""
-        return self.end_forces, _moment_of(self.end_forces, turns, self.end_places)
+        return self.end_forces, _moment_of(self.end_forces, rotations, self.end_places)
 
 
-def own_loads(loads: tuple[tuple[Load, ...], ...]) -> tuple[SegmentsOwn, ...]:
-    """Loads of single segments as loads of the chain that they make.
+def own_loads(loads: tuple[tuple[Load, ...], ...]) -> tuple[SegmentLoads, ...]:
+    """Loads of single segments as loads of the chain that they make: first the first load of each, and so on.
 
     Args:
         loads: loads of each segment, with directions in the frame of the chain's base.
@@ -207,12 +208,12 @@ def own_loads(loads: tuple[tuple[Load, ...], ...]) -> tuple[SegmentsOwn, ...]:
     Raises:
         ValueError: if one of them cannot be passed on from segment to segment.
     """
-    layers = []
+    of_chain = []
     nothing = (jnp.zeros(3), jnp.zeros(2), jnp.zeros(3), jnp.zeros(2))
-    for depth in range(max((len(own) for own in loads), default=0)):
-        carried = [own[depth].carried() if depth < len(own) else nothing for own in loads]
-        layers.append(SegmentsOwn(*(jnp.stack(parts) for parts in zip(*carried, strict=True))))
-    return tuple(layers)
+    for k in range(max((len(own) for own in loads), default=0)):
+        carried = [own[k].carried() if k < len(own) else nothing for own in loads]
+        of_chain.append(SegmentLoads(*(jnp.stack(parts) for parts in zip(*carried, strict=True))))
+    return tuple(of_chain)
 
 
 def generalised_forces(
@@ -241,16 +242,16 @@ def generalised_forces(
     bends = rotate_in_section(bends, angles)
     shared = jax.vmap(lambda bend: stumpff(bend @ bend))(bends)
     bases, ends = _placed(lengths, bends, connectors, shared)
-    turns = ends[:, :3, :3] @ jax.vmap(_own_axes)(angles)
+    rotations = ends[:, :3, :3] @ jax.vmap(_own_axes)(angles)
     inwards = jnp.swapaxes(bases[:, :3, :3], 1, 2)
     pull, turn = jnp.zeros_like(lengths), jnp.zeros_like(bends)
     along = about = force = moment = jnp.zeros((lengths.shape[0], 3))  # `along`, `about`: spread loads
     for load in loads:
-        spread, at_ends = load.spread(rest_lengths), load.at_ends(turns)
+        spread, at_ends = load.spread(rest_lengths), load.at_ends(rotations)
         if spread is not None:
             forces, places = spread[0], rotate_in_section(spread[1], angles)
             local_forces = jnp.einsum("nij,nj->ni", inwards, forces)
-            more = jax.vmap(yield_of_mean)(local_forces, lengths, bends, places, shared)
+            more = jax.vmap(generalised_along)(local_forces, lengths, bends, places, shared)
             pull, turn = pull + more[0], turn + more[1]
             middle = transform(bases, jax.vmap(fibre_mean)(lengths, bends, places, shared))
             along, about = along + forces, about + _cross(middle, forces)
@@ -260,8 +261,8 @@ def generalised_forces(
     beyond = _from_tip(force + along) - along
     turned = _from_tip(moment + _cross(place, force) + about) - about - _cross(place, beyond)
     seen_force, seen_moment = (jnp.einsum("nij,nj->ni", inwards, x) for x in (beyond, turned))
-    by_force = jax.vmap(yield_of_end)(seen_force, lengths, bends, jnp.zeros_like(bends), shared)
-    turn = turn + by_force[1] + jax.vmap(_yield_of_turn)(seen_moment, bends, shared)
+    by_force = jax.vmap(generalised_at_end)(seen_force, lengths, bends, jnp.zeros_like(bends), shared)
+    turn = turn + by_force[1] + jax.vmap(_generalised_moment)(seen_moment, bends, shared)
     return pull + by_force[0], rotate_in_section(turn, -angles)
 
 
@@ -287,7 +288,7 @@ def _placed(
     return jax.lax.scan(add, jnp.eye(4) + 0.0 * arcs[0], (arcs, connectors))[1]
 
 
-def _yield_of_turn(moment: Array, bend: Array, shared: tuple[Array, ...]) -> Array:
+def _generalised_moment(moment: Array, bend: Array, shared: tuple[Array, ...]) -> Array:
     """Negative virtual work of a moment on a segment's end per change of bend [N m], seen from its base."""
     _, c_2, c_3, *_ = shared
     axis = rotation_vector(bend)
@@ -311,9 +312,9 @@ def _own_axes(angle: Array) -> Float[Array, "3 3"]:
     return jnp.stack([jnp.stack([c, -s, zero]), jnp.stack([s, c, zero]), jnp.stack([zero, zero, one])])
 
 
-def _moment_of(forces: Array, turns: Array, places: Array) -> Array:
+def _moment_of(forces: Array, rotations: Array, places: Array) -> Array:
     """Moments about the ends' centres of forces at places of the own axes, shape (n, 2) or (n, 3)."""
-    arms = jnp.einsum("nij,nj->ni", turns[:, :, : places.shape[-1]], places)
+    arms = jnp.einsum("nij,nj->ni", rotations[:, :, : places.shape[-1]], places)
     return _cross(arms, forces)
 
 
@@ -323,5 +324,6 @@ def _from_tip(values: Float[Array, "n 3"]) -> Float[Array, "n 3"]:
 
 
 def _check_shape(what: str, given: Array, wanted: tuple[int, ...]) -> None:
+    """Raise a ValueError if an array has another shape than is wanted."""
     if jnp.shape(given) != wanted:
         raise ValueError(f"Argument {what} must have shape {wanted}, but it has {jnp.shape(given)}.")

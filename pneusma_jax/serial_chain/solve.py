@@ -113,11 +113,11 @@ def _alone(parts: tuple[Problem, ...]) -> Array:
 @stored_jit(ChainEquilibrium, ChainShape, Equilibrium, Validity, SpringResponse)
 def _joint(chain: SegmentChain, problem: ChainProblem, begin: tuple[ChainProblem, Array]) -> ChainEquilibrium:
     """Equilibrium of a loaded chain from a start: one compiled program per kind of chain."""
-    stand = chain_root(begin[0], problem, begin[1])
-    results = by_segment(described(problem, stand), problem.members)
+    root = chain_root(begin[0], problem, begin[1])
+    results = by_segment(described(problem, root), problem.members)
     bends = jnp.stack([result.bend for result in results])
     lengths = jnp.stack([result.length for result in results])
-    return ChainEquilibrium(tuple(results), chain_shape(chain, bends, lengths), stand.stable & stand.found)
+    return ChainEquilibrium(tuple(results), chain_shape(chain, bends, lengths), root.stable & root.found)
 
 
 def joined(

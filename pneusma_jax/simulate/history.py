@@ -201,10 +201,10 @@ def _after(
     good = found.converged
     row = passed(problem, found, good)
     keep = lambda new, old: jnp.where(good, new, old)  # noqa: E731
-    wires = zip(wire_resistances(problem, row.calm), carry.resistances, strict=True)
+    wires = zip(wire_resistances(problem, row.finite), carry.resistances, strict=True)
     return _Carry(
         states=row.states,
-        unknowns=keep(row.calm.unknowns, carry.unknowns),
+        unknowns=keep(row.finite.unknowns, carry.unknowns),
         temperatures=temperatures,
         resistances=tuple(keep(new, old) for new, old in wires),
         memories=row.memories,

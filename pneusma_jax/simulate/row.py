@@ -13,6 +13,7 @@ from ..actuator.balance import Problem, spring_responses
 from ..actuator.result import Equilibrium
 from ..nitinol import MartensiteFraction, SpringState
 from ..nitinol.spring import Activation
+from ..numerics.safe import zero_unless
 from ..pipeline import Effect, Known, Pipeline
 
 
@@ -62,12 +63,12 @@ class Passed(eqx.Module):
     """Results of a row.
 
     Attributes:
-        calm: the equilibrium, 0 in place of NaN where there is none.
+        finite: the equilibrium, 0 in place of NaN where there is none.
         states, memories: memories of springs and effects after the row; those before it without equilibrium.
         seen: instrument readings `curvature` [1/m], `bend_angle` [rad] and `length` [m].
     """
 
-    calm: Equilibrium
+    finite: Equilibrium
     states: tuple[SpringState, ...]
     memories: tuple
     seen: dict[str, Array]
@@ -82,15 +83,17 @@ def passed(problem: Problem, found: Equilibrium, good: Array) -> Passed:
         good: true if there is an equilibrium.
     """
     # a failed row is NaN: what it would commit is replaced before the memory's laws see it
-    calm = jax.tree.map(lambda x: jnp.where(good, x, 0.0) if eqx.is_inexact_array(x) else x, found)
-    pairs = zip(problem.actuator.springs, problem.states, calm.springs, strict=True)
+    finite = zero_unless(good, found)
+    pairs = zip(problem.actuator.springs, problem.states, finite.springs, strict=True)
     committed = tuple(spring.remember(state, response) for spring, state, response in pairs)
     seen = problem.pipeline.apply("outputs", _shown(found), solved=found)
     # memories of shown values start from finite ones too
-    later = problem.pipeline.remembered(solved=calm, seen=_shown(calm)) if problem.pipeline.effects else ()
+    later = ()
+    if problem.pipeline.effects:
+        later = problem.pipeline.remembered(solved=finite, seen=_shown(finite))
     keep = lambda new, old: jnp.where(good, new, old)  # noqa: E731
     return Passed(
-        calm,
+        finite,
         jax.tree.map(keep, committed, problem.states),
         jax.tree.map(keep, later, problem.pipeline.memories),
         seen,

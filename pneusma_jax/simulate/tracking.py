@@ -86,7 +86,7 @@ def track_history(
         found = _equilibrium_near(problem, unknowns + jnp.clip(interval * rate, -LONGEST, LONGEST))
         good = found.status == int(Status.converged)
         after = passed(problem, found, good)
-        kept = jnp.where(good, after.calm.unknowns, unknowns)
+        kept = jnp.where(good, after.finite.unknowns, unknowns)
         rate = jax.lax.stop_gradient((kept - unknowns) / jnp.where(interval > 0.0, interval, jnp.inf))
         return (kept, rate, after.states, after.memories), (found, after.seen, good)
 
