@@ -1,10 +1,13 @@
-"""Classification of tests on the stand: cold, hot or between, largest strain, with unloading or not.
- Decided from the recording itself. Resistance tells cold wire apart sharply, hot wire hardly (an exponent
-near eight). Stiffness tells hot wire apart, because austenite is the stiffer phase, unless somebody says
-otherwise. So the stiffness of the stiffest test marks the hot end, and the resistance at rest that is
-farthest from its own the cold one. Of nitinol the cold wire resists more. Where that contradicts, both
-readings are possible, and `contradicts` says so. Where all tests are equally stiff and differ in resistance,
-they are of one phase, or both phases are equally stiff; `equally_stiff` says so.
+"""Classification of a spring's tests on a stand: cold, hot or between, largest strain, with unloading or not.
+
+The recordings themselves decide. Resistance tells cold wire apart sharply, but hot wire hardly: the law has
+an exponent near eight. Stiffness tells hot wire apart, because austenite is the stiffer phase, unless
+somebody says otherwise. So the stiffest test is the hot end. The cold end is the test whose resistance at
+rest is farthest from that of the hot one.
+
+Cold nitinol resists more than hot nitinol. Where a classification contradicts this, `contradicts` says so.
+Then either phase may be the softer one. All tests may be equally stiff and differ in resistance. Then they
+are of one phase, or both phases are equally stiff; `equally_stiff` says so.
 """
 
 from collections.abc import Mapping, Sequence
@@ -32,18 +35,20 @@ BY_FIT = "with the fitted constants a martensite fraction that is free explains 
 """Reason for a phase that a fit decided."""
 LEVEL: dict[Phase, float | None] = {"cold": 1.0, "hot": 0.0, "intermediate": None}
 """Martensite fraction that a test is held at, where the alloy is to be identified or the phase is stated."""
-BEGINNING = 0.02
-"""Shear strain up to which the first pull is taken as elastic."""
-CONTRAST = 0.001
+ELASTIC_STRAIN = 0.02
+"""Shear strain up to which the first pull is taken as elastic [1]."""
+ELASTIC_SHARE = 0.3
+"""Share of a test's largest shear strain up to which a short first pull is taken as elastic [1]."""
+LEAST_CONTRAST = 0.001
 """Least relative difference of the resistances at rest that tells phases apart whose stiffness differs."""
-STIFFER = 1.2
+LEAST_STIFFNESS_RATIO = 1.2
 """Least ratio of the stiffest test's slope to the softest's for one of them to be hot and the other cold."""
 SAME_RESISTANCE = 0.02
 """Share of the phases' contrast within which a test is as cold as the coldest, as hot as the hottest."""
 ROUNDING = 1e-9
-"""Share of the phases' contrast that is one of rounding."""
+"""Share of the phases' contrast that may be a rounding error."""
 SAME_STIFFNESS = 0.03
-"""Relative slope within which a test is as hot as the stiffest one."""
+"""Relative difference of slopes within which a test is as hot as the stiffest one."""
 COMES_BACK = 0.1
 """Share of the largest elongation by which a test must come down to count as unloading."""
 HELD_RESISTANCE = 0.002
@@ -51,7 +56,7 @@ HELD_RESISTANCE = 0.002
 COLD, HOT = 0.98, 0.4
 """Martensite fractions at rest from which, and to which, a test of a known alloy is called cold and hot."""
 MAYBE_HOT = 0.5
-"""Martensite fraction at rest to which a test may be fully hot: the resistance of hot wire hardly tells."""
+"""Martensite fraction at rest below which a test may be fully hot, since its resistance hardly tells."""
 
 
 @dataclass(frozen=True)
@@ -62,7 +67,8 @@ class StandTest:
         recording: the data.
         phase: phase of its wire at rest.
         reason: why, in words.
-        strain: largest spring strain [1]; gamma: largest shear strain [1].
+        strain: largest spring strain [1].
+        gamma: largest shear strain [1].
         slope: slope of shear stress over shear strain at the beginning [Pa]; NaN where it cannot be told.
         resistivity: resistance per length of wire at rest [ohm/m]; NaN where it was not measured.
         unloads: the spring comes back.
@@ -107,7 +113,7 @@ class StandTest:
 
 @dataclass(frozen=True)
 class _Reading:
-    """Numbers that a recording is classified by."""
+    """What a recording is classified by; see `StandTest` for the attributes."""
 
     strain: float
     gamma: float
@@ -156,6 +162,7 @@ def classify(
 
 
 def _read(recording: Recording) -> _Reading:
+    """What a recording is classified by. Its beginning are the first rows of loading."""
     elongation, force = recording.si("elongation"), recording.si("force")
     known = np.isfinite(elongation)
     geometry = dimensions(recording)
@@ -167,7 +174,7 @@ def _read(recording: Recording) -> _Reading:
     most = float(np.nanmax(elongation))
     peak = int(np.nanargmax(elongation))
     resistance = recording.si("resistance")
-    start = loading & (gamma <= min(BEGINNING, 0.3 * np.nanmax(gamma)))
+    start = loading & (gamma <= min(ELASTIC_STRAIN, ELASTIC_SHARE * np.nanmax(gamma)))
     held = resistance[np.isfinite(resistance)]
     return _Reading(
         strain=most / float(geometry.free_length),
@@ -175,11 +182,11 @@ def _read(recording: Recording) -> _Reading:
         slope=_slope(gamma[start], stress[start]),
         resistivity=_median(resistance[start]) / float(geometry.wire_length),
         unloads=bool(np.nanmin(elongation[peak:]) < (1.0 - COMES_BACK) * most),
-        isoresistive=recording.has("setpoint") or _range(held) < HELD_RESISTANCE,
+        isoresistive=recording.has("setpoint") or _relative_range(held) < HELD_RESISTANCE,
     )
 
 
-def _range(values: np.ndarray) -> float:
+def _relative_range(values: np.ndarray) -> float:
     """Interquartile range over the median; infinite where nothing was measured."""
     if values.size == 0:
         return float("inf")
@@ -188,6 +195,7 @@ def _range(values: np.ndarray) -> float:
 
 
 def _slope(gamma: np.ndarray, stress: np.ndarray) -> float:
+    """Slope of shear stress over shear strain [Pa], by a line; NaN of fewer than three rows."""
     known = np.isfinite(gamma) & np.isfinite(stress)
     if known.sum() < 3 or np.ptp(gamma[known]) == 0.0:
         return float("nan")
@@ -195,6 +203,7 @@ def _slope(gamma: np.ndarray, stress: np.ndarray) -> float:
 
 
 def _median(values: np.ndarray) -> float:
+    """Median of what was measured; NaN where nothing was."""
     known = values[np.isfinite(values)]
     return float(np.median(known)) if known.size else float("nan")
 
@@ -209,7 +218,7 @@ def contradicts(tests: Sequence[StandTest]) -> bool:
     known = {phase: np.array(values)[np.isfinite(values)] for phase, values in rest.items()}
     if not (known["cold"].size and known["hot"].size):
         return False
-    return bool(np.median(known["hot"]) > (1.0 + CONTRAST) * np.median(known["cold"]))
+    return bool(np.median(known["hot"]) > (1.0 + LEAST_CONTRAST) * np.median(known["cold"]))
 
 
 def equally_stiff(tests: Sequence[StandTest]) -> bool:
@@ -220,10 +229,28 @@ def equally_stiff(tests: Sequence[StandTest]) -> bool:
     """
     rho = np.array([test.resistivity for test in tests if test.reason == ALIKE])
     rho = rho[np.isfinite(rho)]
-    return bool(rho.size and np.ptp(rho) > CONTRAST * rho.max())
+    return bool(rho.size and np.ptp(rho) > LEAST_CONTRAST * rho.max())
+
+
+@dataclass(frozen=True)
+class _HotAndCold:
+    """What tests of one alloy are compared with.
+
+    Attributes:
+        slope: slope at the beginning of the hottest test [Pa].
+        cold: resistance per length of wire at rest of the coldest test [ohm/m].
+        contrast: this resistance less that of the hottest test [ohm/m].
+        sign: see `SIGN`.
+    """
+
+    slope: float
+    cold: float
+    contrast: float
+    sign: float
 
 
 def _phases(readings: Sequence[_Reading], softer: Softer) -> list[tuple[Phase, str]]:
+    """Phase of every test with its reason, from a comparison of the tests with each other."""
     sign = SIGN[softer]
     slopes = np.array([r.slope for r in readings])
     rho = np.array([r.resistivity for r in readings])
@@ -239,11 +266,11 @@ def _phases(readings: Sequence[_Reading], softer: Softer) -> list[tuple[Phase, s
         if np.isfinite(away).any():  # resistance goes one way from hot to cold; stiffness has its noise
             coldest = int(np.nanargmax(away))
     contrast = rho[coldest] - rho[hottest]
-    apart = sign == 0.0 or (slopes[hottest] / slopes[coldest]) ** sign > STIFFER
-    if not apart or not abs(contrast) > CONTRAST * abs(rho[coldest]):
+    apart = sign == 0.0 or (slopes[hottest] / slopes[coldest]) ** sign > LEAST_STIFFNESS_RATIO
+    if not apart or not abs(contrast) > LEAST_CONTRAST * abs(rho[coldest]):
         return [("cold", ALIKE)] * len(readings)
-    ends = slopes[hottest], rho[coldest], contrast, sign
-    return [_phase(s, r, *ends) for s, r in zip(slopes, rho, strict=True)]
+    ends = _HotAndCold(slopes[hottest], rho[coldest], contrast, sign)
+    return [_phase(reading, ends) for reading in readings]
 
 
 def level_at_rest(spring: Spring, test: StandTest) -> float | None:
@@ -261,6 +288,7 @@ def level_at_rest(spring: Spring, test: StandTest) -> float | None:
 
 
 def _by_alloy(alloy: Alloy, reading: _Reading) -> tuple[Phase, str]:
+    """Phase of a test and its reason, from its resistance by the law of a known alloy."""
     if not np.isfinite(reading.resistivity):
         return "cold", "its resistance was not measured; taken as cold, as the source does"
     xi0 = float(alloy.martensite_fraction(reading.resistivity, 0.0).xi0)
@@ -272,19 +300,19 @@ def _by_alloy(alloy: Alloy, reading: _Reading) -> tuple[Phase, str]:
     )
 
 
-def _phase(
-    slope: float, rho: float, hottest: float, cold: float, contrast: float, sign: float
-) -> tuple[Phase, str]:
-    share = (rho - (cold - contrast)) / contrast
-    word = "stiffer" if sign > 0.0 else "softer"
+def _phase(reading: _Reading, ends: _HotAndCold) -> tuple[Phase, str]:
+    """Phase of a test and its reason, from a comparison with the hottest and the coldest one."""
+    share = (reading.resistivity - (ends.cold - ends.contrast)) / ends.contrast
+    word = "stiffer" if ends.sign > 0.0 else "softer"
+    beyond = ends.sign * (reading.slope - ends.slope)  # [Pa]
     if share > 1.0 - SAME_RESISTANCE:
         return (
             "cold",
             f"its resistance at rest is that of the coldest test (to {100.0 * abs(1.0 - share):.1f} %)",
         )
-    if sign == 0.0 and share < ROUNDING:  # a small share is no proof: hot wire's resistance hardly tells
+    if ends.sign == 0.0 and share < ROUNDING:  # a small share is no proof: hot wire's resistance hardly tells
         return "hot", "it resists least at rest, and no stiffness tells the phases apart"
-    if sign != 0.0 and sign * (slope - hottest) > -SAME_STIFFNESS * hottest and share < SAME_RESISTANCE:
+    if ends.sign != 0.0 and beyond > -SAME_STIFFNESS * ends.slope and share < SAME_RESISTANCE:
         return (
             "hot",
             f"no test is {word} at the beginning, and its resistance at rest is that of the hottest",

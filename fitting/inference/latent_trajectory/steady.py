@@ -13,7 +13,7 @@ from jaxtyping import Array, Float
 
 from pneusma_jax.numerics.linear import solve_small
 
-RATES = tuple(10.0**k for k in range(-14, 2))
+RATE_VARIANCES = tuple(10.0**k for k in range(-14, 2))
 """Candidate variances of the change of the rate per second, over the squared spread of the course [1/s3].
 They range from a course that is straight for hours to one that turns within a row."""
 LEAST = 1e-30
@@ -23,7 +23,7 @@ LEAST = 1e-30
 def steady_course(
     time: Float[Array, " rows"], read: Float[Array, " rows"], precision: Float[Array, " rows"], spread: float
 ) -> Float[Array, " rows"]:
-    """Mean of a course that changes steadily, given readings of it.
+    """Mean of a course that changes steadily, given readings of it: Kalman filter and smoother.
 
     Args:
         time: time [s], ascending.
@@ -32,48 +32,58 @@ def steady_course(
         spread: standard deviation of the first value about zero, and of its change in the first second.
     """
     steps = jnp.maximum(jnp.diff(time, prepend=time[:1]), 0.0)
-    rates = jnp.asarray(RATES)
+    candidates = jnp.asarray(RATE_VARIANCES)
     scaled = steps, read / spread, precision * spread**2
-    evidence = jax.vmap(lambda rate: _filtered(*scaled, rate)[1])(rates)
-    rate = rates[jnp.argmax(evidence)]
-    (means, variances), _ = _filtered(*scaled, rate)
+    log_likelihoods = jax.vmap(lambda rate_variance: _filtered(*scaled, rate_variance)[1])(candidates)
+    likeliest = candidates[jnp.argmax(log_likelihoods)]
+    (means, covariances), _ = _filtered(*scaled, likeliest)
 
-    def back(later: Array, row: tuple) -> tuple[Array, Array]:
-        mean, variance, step = row
-        ahead, grown = _predicted(mean, variance, step, rate)
-        smooth = mean + variance @ _moved(step).T @ solve_small(grown, later - ahead)
+    def smoothed(later: Array, row: tuple) -> tuple[Array, Array]:
+        mean, covariance, step = row
+        predicted, predicted_covariance = _predicted(mean, covariance, step, likeliest)
+        correction = solve_small(predicted_covariance, later - predicted)
+        smooth = mean + covariance @ _transition(step).T @ correction
         return smooth, smooth
 
-    _, smooth = jax.lax.scan(back, means[-1], (means[:-1], variances[:-1], steps[1:]), reverse=True)
+    _, smooth = jax.lax.scan(smoothed, means[-1], (means[:-1], covariances[:-1], steps[1:]), reverse=True)
     return spread * jnp.append(smooth[:, 0], means[-1, 0])
 
 
-def _moved(step: Array) -> Float[Array, "2 2"]:
+def _transition(step: Array) -> Float[Array, "2 2"]:
     """Matrix that moves value and rate by a time step [s]."""
     return jnp.eye(2).at[0, 1].set(step)
 
 
-def _predicted(mean: Array, variance: Array, step: Array, rate: Array) -> tuple[Array, Array]:
-    """Mean and covariance of value and rate after a time step [s]."""
-    moved = _moved(step)
-    added = rate * jnp.array([[step**3 / 3.0, step**2 / 2.0], [step**2 / 2.0, step]])
-    return moved @ mean, moved @ variance @ moved.T + added + LEAST * jnp.eye(2)
+def _predicted(mean: Array, covariance: Array, step: Array, rate_variance: Array) -> tuple[Array, Array]:
+    """Mean and covariance of value and rate after a time step [s], of a rate that is a random walk."""
+    transition = _transition(step)
+    added = rate_variance * jnp.array([[step**3 / 3.0, step**2 / 2.0], [step**2 / 2.0, step]])
+    return transition @ mean, transition @ covariance @ transition.T + added + LEAST * jnp.eye(2)
 
 
-def _filtered(steps: Array, read: Array, precision: Array, rate: Array) -> tuple[tuple[Array, Array], Array]:
-    """Filtered means and covariances, shapes (rows, 2) and (rows, 2, 2), and the log-likelihood."""
+def _filtered(
+    steps: Array, read: Array, precision: Array, rate_variance: Array
+) -> tuple[tuple[Array, Array], Array]:
+    """Filtered means and covariances, shapes (rows, 2) and (rows, 2, 2), and the log-likelihood.
+
+    Args:
+        steps: time since the row before [s], shape (rows,).
+        read: readings over the spread of the course, shape (rows,).
+        precision: their inverse variances, shape (rows,).
+        rate_variance: one of `RATE_VARIANCES`.
+    """
 
     def row(carry: tuple, now: tuple) -> tuple[tuple, tuple]:
-        mean, variance, evidence = carry
+        mean, covariance, log_likelihood = carry
         step, value, precision = now
-        mean, variance = _predicted(mean, variance, step, rate)
-        spread = 1.0 + precision * variance[0, 0]
-        surprise = value - mean[0]
-        gain = precision * variance[:, 0] / spread
-        mean, variance = mean + gain * surprise, variance - jnp.outer(gain, variance[0])
-        evidence = evidence - 0.5 * (jnp.log(spread) + precision * surprise**2 / spread)
-        return (mean, variance, evidence), (mean, variance)
+        mean, covariance = _predicted(mean, covariance, step, rate_variance)
+        widening = 1.0 + precision * covariance[0, 0]  # variance of the reading, over that of its noise
+        innovation = value - mean[0]
+        gain = precision * covariance[:, 0] / widening
+        mean, covariance = mean + gain * innovation, covariance - jnp.outer(gain, covariance[0])
+        log_likelihood -= 0.5 * (jnp.log(widening) + precision * innovation**2 / widening)
+        return (mean, covariance, log_likelihood), (mean, covariance)
 
     first = jnp.zeros(2), jnp.eye(2), jnp.zeros(())
-    (_, _, evidence), found = jax.lax.scan(row, first, (steps, read, precision))
-    return found, evidence
+    (_, _, log_likelihood), found = jax.lax.scan(row, first, (steps, read, precision))
+    return found, log_likelihood
