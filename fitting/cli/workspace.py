@@ -155,13 +155,13 @@ def _documents(spaces: list) -> dict[str, str | bytes]:
 
 def _reach_documents(reaches: list) -> dict[str, str | bytes]:
     """Files of chains, by name."""
-    from fitting.data.files import names_apart
+    from fitting.data.files import distinct_names
     from fitting.report.figures import png
     from fitting.report.figures.workspace import reach_figure
 
     documents: dict[str, str | bytes] = {}
     # a chain is named in its file, by any text
-    names = names_apart([re.sub(r"[^\w.() -]", "_", reach.name) for reach in reaches])
+    names = distinct_names([re.sub(r"[^\w.() -]", "_", reach.name) for reach in reaches])
     for name, reach in zip(names, reaches, strict=True):
         documents[f"tips_{name}.csv"] = csv_text(reach.columns())
         documents[f"tips_{name}.png"] = png(reach_figure(reach))

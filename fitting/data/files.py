@@ -1,21 +1,22 @@
-"""Folders for results, names of files, and files that are written whole or not at all."""
+"""Names of files that replace no other, and whether a folder for results can be written."""
 
 import tempfile
 from collections.abc import Iterable
 from pathlib import Path
 
 from pneusma_jax.errors import InputError
-from pneusma_jax.files import write_whole
-
-__all__ = ["check_folder", "names_apart", "write_whole"]
 
 
 def check_folder(path: str | Path) -> None:
     """Refuse a path where no folder can be made, before any computation.
 
+    A file without a name is made to find that out. A disk may refuse what its modes allow.
+
+    Args:
+        path: folder for results, which need not exist.
+
     Raises:
-        InputError: if a file is in its place, or nothing can be written there. To find out, a file without
-            name is made: what a system allows by its modes, a disk may refuse.
+        InputError: if a file is in its place, or nothing can be written there.
     """
     for place in (Path(path), *Path(path).absolute().parents):
         if place.exists():
@@ -29,18 +30,21 @@ def check_folder(path: str | Path) -> None:
             return
 
 
-def names_apart(names: Iterable[str]) -> list[str]:
+def distinct_names(names: Iterable[str]) -> list[str]:
     """Names of files that do not replace each other: with a number where an earlier one has the name.
 
-    Names that differ in capitals alone are one file where a file system does not tell capitals.
+    Capitals are not told from small letters, as some file systems do not.
+
+    Args:
+        names: wanted names, without the ends of files.
     """
     used: set[str] = set()
     found = []
     for name in names:
-        own, number = name, 1
-        while own.casefold() in used:
+        distinct, number = name, 1
+        while distinct.casefold() in used:
             number += 1
-            own = f"{name}_{number}"
-        used.add(own.casefold())
-        found.append(own)
+            distinct = f"{name}_{number}"
+        used.add(distinct.casefold())
+        found.append(distinct)
     return found

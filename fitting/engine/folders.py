@@ -5,13 +5,13 @@ from collections.abc import Iterable, Sequence
 from importlib.metadata import version
 from pathlib import Path
 
-from fitting.data.files import names_apart
+from fitting.data.files import distinct_names
 from pneusma_jax.errors import InputError
 
 
 def unique_names(paths: Sequence[Path]) -> list[str]:
     """A name for each folder or file: its own, with a number where another one had it before, see
-    `names_apart`.
+    `distinct_names`.
 
     Raises:
         InputError: if one is named twice: its data would count twice.
@@ -20,7 +20,7 @@ def unique_names(paths: Sequence[Path]) -> list[str]:
     for number, (path, place) in enumerate(zip(paths, places, strict=True)):
         if place in places[:number]:
             raise InputError(f"{path}: this campaign is named twice")
-    return names_apart([place.stem if place.is_file() else place.name for place in places])
+    return distinct_names([place.stem if place.is_file() else place.name for place in places])
 
 
 def digest(paths: Iterable[Path], *of: object) -> str:

@@ -8,10 +8,10 @@ from pathlib import Path
 
 import numpy as np
 
-from fitting.data.files import write_whole
 from fitting.engine import Rate, Scheduler, Store, in_this_process, run_tasks
 from fitting.inference.results import Result
 from pneusma_jax.errors import InputError
+from pneusma_jax.files import write_whole
 
 from .chunk import prepare, read_summary
 from .problem import Problem, build_problem

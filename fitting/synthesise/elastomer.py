@@ -13,8 +13,8 @@ from pathlib import Path
 
 import numpy as np
 
-from fitting.data.files import write_whole
 from fitting.data.recordings import Recording, write_recording
+from pneusma_jax.files import write_whole
 from pneusma_jax.precision import enable_float64
 from pneusma_jax.silicone import Ogden, SiliconeLaw
 

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from ..files import names_apart
+from ..files import distinct_names
 from ..recordings import Recording
 from ..recordings.table import unusable
 from .names import slug
@@ -27,7 +27,7 @@ def separate_names(recordings: list[Recording]) -> None:
         for recording in clashing:
             parts = recording.path.resolve().with_suffix("").parts
             recording.name = slug("_".join([*parts[-1 - depth :], str(recording.source.get("raw_part", ""))]))
-    for recording, name in zip(recordings, names_apart([one.name for one in recordings]), strict=True):
+    for recording, name in zip(recordings, distinct_names([one.name for one in recordings]), strict=True):
         recording.name = name
 
 

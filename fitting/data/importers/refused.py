@@ -11,15 +11,24 @@ from .options import Options
 from .parts import Sample
 
 SCAN_LINES = 80
-"""Number of first lines of a calorimeter's file among which its headings are looked for."""
+"""Number of first lines of a calorimeter's file among which its headings are looked for. In an export of
+Pyris they are in line 47, below a preamble that differs with the method."""
 PROPORTIONAL = 1e-3
-"""Maximum deviation of a column from a multiple of another one, over its largest number [1]."""
+"""Maximum deviation of a column from a multiple of another one, over its largest number [1]. Rounding
+to four digits changes it by at most half of that."""
 TINY = 1e-300
-"""Least sum of squares that a column is divided by, so that one of zeros divides nothing by zero."""
+"""Least sum of squares that a column is divided by, so that a column of zeros causes no division by zero."""
 
 
 def _refused(name: str, recognises: Callable[[Sample], bool], what: str, advice: str) -> Format:
-    """A format whose files are refused: what they are (a sentence without its end), and what to do."""
+    """A format whose files are refused.
+
+    Args:
+        name: name of the format.
+        recognises: true for a test that is of this format.
+        what: what such a file is, for the message and for lists; a sentence without full stop.
+        advice: what to do instead, likewise.
+    """
 
     def read(sample: Sample, options: Options) -> Recording:
         raise unusable(sample.raw.path, f"{what}; {advice}")
@@ -28,35 +37,44 @@ def _refused(name: str, recognises: Callable[[Sample], bool], what: str, advice:
 
 
 def _is_fluke(sample: Sample) -> bool:
+    """True for a log of a multimeter of the make Fluke."""
     return sample.head.startswith("FLUKE") and "Reading,Sample" in sample.head
 
 
 def _is_dsc(sample: Sample) -> bool:
+    """True for a scan of a calorimeter, by words at the start of the test's own sheet."""
     pages = sample.raw.pages
-    head = next((page for page in pages if page.name == sample.sheet), pages[0]).head(SCAN_LINES)
-    return "Sample Weight:" in head and ("Heat Flow" in head or "Pyris" in head or "DSC" in head)
+    own = next((page for page in pages if page.name == sample.sheet), pages[0])
+    start = own.head(SCAN_LINES)
+    return "Sample Weight:" in start and any(word in start for word in ("Heat Flow", "Pyris", "DSC"))
 
 
 def _is_shear_relaxation(sample: Sample) -> bool:
-    """True for five columns: clock, load, displacement, stress (multiple of load), shear strain (of
-    displacement)."""
+    """True for five columns without headings: clock, load, displacement, stress and shear strain.
+
+    The stress is a multiple of the load, and the shear strain one of the displacement.
+    """
     if not sample.headerless(5) or not np.isfinite(sample.grid.values).all():
         return False
-    time, load, shift, stress, strain = sample.grid.values.T
+    time, load, displacement, stress, strain = sample.grid.values.T
 
     def proportional(a: np.ndarray, b: np.ndarray) -> bool:
+        """True if b is a multiple of a, fitted by least squares."""
         scale = float(a @ b) / max(float(a @ a), TINY)
         return bool(np.abs(b - scale * a).max() <= PROPORTIONAL * np.abs(b).max())
 
-    return bool((np.diff(time) >= 0.0).all() and proportional(load, stress) and proportional(shift, strain))
+    rises = bool((np.diff(time) >= 0.0).all())
+    return rises and proportional(load, stress) and proportional(displacement, strain)
 
 
 def _is_bending_actuators(sample: Sample) -> bool:
+    """True for published angles of markers on bending actuators, by the headings of the first columns."""
     first = sample.head.partition("\n")[0].lower()
     return first.startswith("configuration,pressure,theta1")
 
 
 def _is_single_column(sample: Sample) -> bool:
+    """True for one column of numbers without a heading."""
     return sample.headerless(1)
 
 

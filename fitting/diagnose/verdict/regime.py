@@ -1,8 +1,8 @@
 """The regime in which a model leaves more than noise: rows with a driver beyond a limit, or on one branch.
 
-It is found on one half of the rows and confirmed on the other. The halves are alternate stretches of every
-recording, so neighbouring rows are in the same one. The test is the exact one of Mann and Whitney. It asks
-whether stretches inside the regime have larger misfit than those outside, by their ranks.
+It is found on one half of the rows and confirmed on the other. Every recording is cut into stretches of
+neighbouring rows, and the halves are every other stretch. The test is the exact one of Mann and Whitney. It
+asks whether stretches inside the regime have larger misfit than those outside, by their ranks.
 """
 
 from collections.abc import Iterator
@@ -28,8 +28,8 @@ class Regime:
 
     Attributes:
         text: description of the rows.
-        share: share of the squared misfit beyond noise that they hold, in the half that confirms it.
-        rows: share of the rows that they are, there.
+        share: share of the squared misfit beyond noise that they hold, in the half that confirms it [1].
+        rows: share of that half's stretches that they are [1].
         p_value: p-value of the confirmation.
     """
 
@@ -55,7 +55,7 @@ class _Stretches:
 
 
 def regime_of(program: Program, fit: Fit, among: np.ndarray | None = None) -> Regime | None:
-    """The regime of largest misfit of a model; None where no one is confirmed.
+    """The regime of largest misfit of a model; None where none is confirmed.
 
     Args:
         program: program of the campaign.
@@ -91,29 +91,42 @@ def _share(square: np.ndarray, inside: np.ndarray) -> float:
 
 
 def _stretches(program: Program, fit: Fit, chosen: np.ndarray) -> _Stretches:
-    """Every chosen recording in stretches, with the regimes that their rows are in."""
-    drivers, squares, members, texts = distinct_drivers(program, fit), [], [], []
-    regimes = [*_regimes(program.kind, drivers), *_recordings(program)]
+    """Every chosen recording in stretches, with the regimes that most of their rows are in."""
+    regimes = [*_regimes(program.kind, distinct_drivers(program, fit)), *_recordings(program)]
+    means, members = [], []
     for k in np.flatnonzero(chosen):
-        row_squares, first = np.zeros(program.stacked.mask.shape[1]), 0
-        counts = np.zeros_like(row_squares)
-        for channel in program.channels[k]:
-            size = len(channel.measured)
-            there = np.isfinite(channel.sigma)
-            row_squares[:size] += np.where(there, fit.evaluation.misfit[k][first : first + size] ** 2, 0.0)
-            counts[:size] += there
-            first += size
+        squares, counts = _row_squares(program, fit, k)
         rows = np.flatnonzero(counts)
-        for part in np.array_split(rows, max(len(rows) // PLACE.stretch, 1)):
-            if len(part):
-                squares.append(row_squares[part].sum() / counts[part].sum())
-                members.append([np.mean(inside[k][part]) > 0.5 for _, inside in regimes])
+        for stretch in np.array_split(rows, max(len(rows) // PLACE.stretch, 1)):
+            if len(stretch):
+                means.append(squares[stretch].sum() / counts[stretch].sum())
+                members.append([np.mean(inside[k][stretch]) > 0.5 for _, inside in regimes])
     texts = [text for text, _ in regimes]
-    return _Stretches(np.array(squares), np.array(members, bool).reshape(len(squares), len(texts)), texts)
+    return _Stretches(np.array(means), np.array(members, bool).reshape(len(means), len(texts)), texts)
+
+
+def _row_squares(program: Program, fit: Fit, k: int) -> tuple[np.ndarray, np.ndarray]:
+    """Sum of the squared misfits of all outputs in every row of recording k, and how many outputs there are.
+
+    Both have the shape (rows,). Misfits are in standard deviations of the noise.
+    """
+    squares, first = np.zeros(program.stacked.mask.shape[1]), 0
+    counts = np.zeros_like(squares)
+    for channel in program.channels[k]:
+        size, there = len(channel.measured), np.isfinite(channel.sigma)
+        squares[:size] += np.where(there, fit.evaluation.misfit[k][first : first + size] ** 2, 0.0)
+        counts[:size] += there
+        first += size
+    return squares, counts
 
 
 def _regimes(kind: str, drivers: dict[str, np.ndarray]) -> Iterator[tuple[str, np.ndarray]]:
-    """Names of regimes and the rows that are in them, (recordings, rows)."""
+    """Names of regimes and the rows that are in them, (recordings, rows).
+
+    Args:
+        kind: kind of the recordings.
+        drivers: values of every driver, SI, (recordings, rows). One that hardly varies has no regimes.
+    """
     for name, values in drivers.items():
         values, words = np.nan_to_num(values), name.replace("_", " ")
         if np.ptp(values) <= 1e-9 * max(np.max(np.abs(values)), 1e-300):

@@ -20,7 +20,9 @@ FUNCTIONS = (
     *("sin", "cos", "tan", "arcsin", "arccos", "arctan", "arctan2", "sinh", "cosh", "tanh"),
     *("exp", "expm1", "log", "log1p", "log10", "sqrt", "abs", "minimum", "maximum", "where"),
 )
+"""Functions that an expression may call, by their names in NumPy."""
 CONSTANTS = {"pi": math.pi}
+"""Values of names that are no parameters."""
 RESERVED = frozenset(FUNCTIONS) | frozenset(CONSTANTS)
 """Names with a meaning of their own in expressions; no parameter may have one of them."""
 
@@ -28,6 +30,7 @@ _ALLOWED_NODES = (
     *(ast.Expression, ast.Name, ast.Load, ast.Constant, ast.BinOp, ast.UnaryOp, ast.Call, ast.Compare),
     *(ast.operator, ast.unaryop, ast.cmpop),
 )
+"""Parts of Python's grammar that an expression may have."""
 
 
 def _short(expression: str) -> str:
@@ -59,15 +62,15 @@ def names_in(expression: str, owner: str) -> set[str]:
                 f"parameter {owner!r}: tie {expression!r} may only hold numbers, parameters, + - * / ** "
                 f"and the functions {', '.join(FUNCTIONS)}"
             )
-    called = {id(node.func): node.func for node in ast.walk(tree) if isinstance(node, ast.Call)}
+    called = {id(node.func) for node in ast.walk(tree) if isinstance(node, ast.Call)}
     names = [node for node in ast.walk(tree) if isinstance(node, ast.Name)]
     for node in names:
-        if (id(node) in called) != (node.id in FUNCTIONS):
-            if node.id in FUNCTIONS:
-                raise InputError(
-                    f"parameter {owner!r}: tie {expression!r} gives {node.id!r} no argument; "
-                    f"write {node.id}(...)"
-                )
+        is_called, is_function = id(node) in called, node.id in FUNCTIONS
+        if is_function and not is_called:
+            raise InputError(
+                f"parameter {owner!r}: tie {expression!r} gives {node.id!r} no argument; write {node.id}(...)"
+            )
+        if is_called and not is_function:
             raise InputError(
                 f"parameter {owner!r}: tie {expression!r} calls {node.id!r}; {nearest(node.id, FUNCTIONS)}"
             )

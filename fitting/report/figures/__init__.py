@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fitting.data.files import write_whole
+from pneusma_jax.files import write_whole
 from pneusma_jax.late import Late
 from pneusma_jax.units import UNITS, written
 

@@ -5,7 +5,7 @@ from functools import partial
 import numpy as np
 from matplotlib.figure import Figure
 
-from fitting.data.files import names_apart
+from fitting.data.files import distinct_names
 from fitting.propagate import Propagation
 from fitting.propagate.statistics.failures import BINS
 
@@ -86,7 +86,7 @@ def _of_indices(result: Propagation) -> list[Picture]:
 
 def _named_apart(pictures: list[Picture]) -> list[Picture]:
     """Pictures whose files do not replace each other: `x+y` and `x-y` give one name of a file."""
-    names = names_apart([picture.name for picture in pictures])
+    names = distinct_names([picture.name for picture in pictures])
     return [Picture(name, one.caption, one.draw) for name, one in zip(names, pictures, strict=True)]
 
 

@@ -23,13 +23,13 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
-from fitting.data.files import write_whole
 from pneusma_jax.calibration.keys import KINDS, QUANTITIES
 from pneusma_jax.calibration.records import Quantity
 from pneusma_jax.calibration.toml import quantity_entry, read_plausible, read_quantity
 from pneusma_jax.documents import check_keys, parse_toml, read_document
 from pneusma_jax.effects import find_effect
 from pneusma_jax.errors import InputError, nearest, warn_of
+from pneusma_jax.files import write_whole
 from pneusma_jax.late import tomlkit
 from pneusma_jax.pipeline import Effect
 from pneusma_jax.units import TEMPERATURE, TEMPERATURE_DIFFERENCE, UNITS
