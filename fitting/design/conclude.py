@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from fitting.specimens.cautions import CLEARANCE_DEG, models_contact, touching_cautions
+from fitting.specimens.cautions import touching_angle, touching_cautions
 from pneusma_jax.errors import InputError
 from pneusma_jax.units import to_si
 
@@ -137,10 +137,9 @@ def notes_on_touching(model: Model, place: np.ndarray) -> list[str]:
         free = np.array([QUANTITIES["clearance"].function(state, 0) for state in states])
         found = touching_cautions(bend, free < 0.0, rows="states")
         return [f"{one}; a constraint on clearance, at_least 0 mm, forbids it" for one in found]
-    if models_contact(model.plan.model):
-        return []
-    found = touching_cautions(bend, bend > CLEARANCE_DEG, CLEARANCE_DEG, rows="states")
-    constraint = f"a constraint on bend_magnitude, at_most {CLEARANCE_DEG:g} deg,"
+    limit = touching_angle({}, model.plan.model)
+    found = touching_cautions(bend, bend > limit, limit, rows="states")
+    constraint = f"a constraint on bend_magnitude, at_most {limit:g} deg,"
     return [f"{one}; {constraint} forbids it" for one in found]
 
 

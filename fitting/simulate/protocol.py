@@ -16,9 +16,9 @@ from fitting.specimens.actuator import BendingActuator
 from fitting.specimens.cautions import (
     actuator_cautions,
     chain_touching_cautions,
-    models_contact,
     silicone_cautions,
     spring_cautions,
+    touching_angle,
 )
 from fitting.specimens.model_objects import (
     BASE,
@@ -144,8 +144,7 @@ def _(kind: BendingActuator, protocol: Protocol, specimen: Recording, model: Aug
         ambient=protocol.channels.get("ambient"), gravity=gravity_of(specimen),
     )  # fmt: skip
     outputs, known = _described(actuator, history)
-    limit = specimen.geometry.get("tip_to_base_clearance_deg")
-    notices = actuator_cautions(actuator, history.rows, limit, contact=models_contact(model))
+    notices = actuator_cautions(actuator, history.rows, touching_angle(specimen.geometry, model))
     title = f"{protocol.name}: {_short(specimen.full_geometry()['design'])}"
     bent = () if actuator.planar else ("curvature", "bend_angle")
     marks, more = marked(model, history.seen, "actuator", bent)

@@ -13,7 +13,7 @@ from fitting.inference.latent_trajectory.denoise import denoised, martensite_fra
 from fitting.inference.noise import robust_noise
 from fitting.specimens import Specimen, specimen_of
 from fitting.specimens.actuator import BendingActuator
-from fitting.specimens.cautions import actuator_cautions, models_contact, spring_cautions, statuses
+from fitting.specimens.cautions import actuator_cautions, spring_cautions, statuses, touching_angle
 from fitting.specimens.model_objects import BASE, actuator_of, full_geometry, gravity_of, place, spring_of
 from fitting.specimens.saved_models import AugmentedModel
 from fitting.specimens.simulation import simulated
@@ -196,8 +196,7 @@ def _(
     known = {"status": np.array([pj.Status(code).name for code in statuses(found, read)])}
     for n, response in zip(actuator.spring_numbers, found.springs, strict=True):
         known |= {f"xi0_{n}": response.xi0, f"gamma_R_{n}": response.gamma_R}
-    clearance = recording.geometry.get("tip_to_base_clearance_deg")
-    notices += actuator_cautions(actuator, found, clearance, read, models_contact(model))
+    notices += actuator_cautions(actuator, found, touching_angle(recording.geometry, model), read)
     marks, more = marked(model, seen, "actuator", () if actuator.planar else ("curvature", "bend_angle"))
     return Prediction(outputs, known, notices + more, marks)
 

@@ -13,7 +13,7 @@ import numpy as np
 import pneusma_jax as pj
 from fitting.data.recordings import Recording, check_recording, resistance_range, schema, sidecar
 from fitting.inference.notes import joined
-from fitting.specimens.cautions import actuator_cautions, models_contact
+from fitting.specimens.cautions import actuator_cautions, touching_angle
 from fitting.specimens.model_objects import BASE, actuator_of, full_geometry, gravity_of, place
 from fitting.specimens.saved_models import AugmentedModel
 from fitting.specimens.saved_models.left_out import only_along_histories, shown_otherwise
@@ -277,7 +277,7 @@ def actuator_state(
         drive.notices.append(f"by {joined(readers)} this shape is what instruments show, not the true one")
     if not actuator.planar:  # instruments read the plane of sides 1 and 2; free bending has a magnitude
         seen = {"length": seen["length"]}
-    return described_state(specimen, actuator, found, drive, seen, models_contact(model))
+    return described_state(specimen, actuator, found, drive, seen, model)
 
 
 def _solved(actuator: pj.Actuator, pressure: Any, activations: tuple, states: tuple) -> pj.Equilibrium:
@@ -312,7 +312,7 @@ def described_state(
     found: pj.Equilibrium,
     drive: Drive,
     seen: dict[str, Any] | None = None,
-    contact: bool = False,
+    model: AugmentedModel | None = None,
 ) -> ActuatorState:
     """A solved state with its texts.
 
@@ -320,10 +320,10 @@ def described_state(
         specimen, actuator, drive: specimen, actuator and drive that were solved.
         found: equilibrium as NumPy arrays.
         seen: instrument readings, see `ActuatorState`.
-        contact: true if the model has the contact of tip and base.
+        model: model that was solved; the base model if None.
     """
-    clearance = specimen.full_geometry().get("tip_to_base_clearance_deg")
-    notices = drive.notices + actuator_cautions(actuator, found, clearance, contact=contact)
+    limit = touching_angle(specimen.full_geometry(), model)
+    notices = drive.notices + actuator_cautions(actuator, found, limit)
     parts = ("design", "alloy", "material") if actuator.springs else ("design", "material")
     title = ", ".join(_word(specimen, key) for key in parts)
     return ActuatorState(title, actuator, found, drive.given, notices, seen or {})

@@ -1,5 +1,8 @@
 """Warnings about results that rest on extrapolation or on an uninformative reading."""
 
+from collections.abc import Mapping
+from typing import Any
+
 import numpy as np
 
 import pneusma_jax as pj
@@ -11,7 +14,8 @@ from pneusma_jax.silicone import PolynomialFit, RegularisedSilicone, SiliconeLaw
 from .saved_models import AddedEffect, AugmentedModel
 from .silicones import Scaled
 
-CLEARANCE_DEG = 270.0  # Bend angle beyond which the source saw the tip touch the clamp (Section 3.7.2)
+CLEARANCE_DEG = 270.0
+"""Bend angle beyond which the source saw the tip touch the clamp (Section 3.7.2) [deg]."""
 
 
 def _rows_text(mask: np.ndarray) -> str:
@@ -85,18 +89,16 @@ def silicone_cautions(law: SiliconeLaw, least: np.ndarray, most: np.ndarray) -> 
 def actuator_cautions(
     actuator: pj.Actuator,
     found: pj.Equilibrium,
-    clearance_deg: float | None = None,
+    touching_deg: float = CLEARANCE_DEG,
     read: pj.Equilibrium | None = None,
-    contact: bool = False,
 ) -> list[str]:
     """All warnings about an actuator's states.
 
     Args:
         actuator: actuator that was solved.
         found: equilibrium of one state or of rows.
-        clearance_deg: bend angle at which the tip meets the base [deg]; the source's 270 if None.
+        touching_deg: bend angle past which the tip may touch the base [deg], see `touching_angle`.
         read: equilibria at the resistances as measured, where `found` belongs to denoised ones.
-        contact: true if the model has the contact of tip and base, see `models_contact`.
     """
     sentences = _unsolved_sentences(statuses(found, read))
     source = found if read is None else read
@@ -108,15 +110,26 @@ def actuator_cautions(
     mean, swing = np.asarray(found.delta_centre), bend * float(actuator.section.radius)
     length = float(actuator.length)
     sentences += silicone_cautions(actuator.silicone, (mean - swing) / length, (mean + swing) / length)
-    if not contact:
-        limit = CLEARANCE_DEG if clearance_deg is None else clearance_deg
-        sentences += touching_cautions(np.rad2deg(bend), np.rad2deg(bend) > limit, limit)
-    return sentences
+    bend_deg = np.rad2deg(bend)
+    return sentences + touching_cautions(bend_deg, bend_deg > touching_deg, touching_deg)
 
 
 def models_contact(model: AugmentedModel) -> bool:
     """True if a model has the contact of tip and base among its effects."""
     return any(isinstance(added, AddedEffect) and added.slug == TipContact.slug for added in model.added)
+
+
+def touching_angle(geometry: Mapping[str, Any], model: AugmentedModel | None = None) -> float:
+    """Bend angle past which the tip may touch the base [deg]: `CLEARANCE_DEG` unless a specimen states it.
+
+    Args:
+        geometry: dimensions of the specimen as in its sidecar, of which `tip_to_base_clearance_deg` counts.
+        model: model that is asked; the base model if None. Infinite where it has the contact.
+    """
+    if model is not None and models_contact(model):
+        return float("inf")
+    stated = geometry.get("tip_to_base_clearance_deg")
+    return CLEARANCE_DEG if stated is None else float(stated)
 
 
 def touching_cautions(
@@ -127,7 +140,8 @@ def touching_cautions(
     Args:
         bend: bend angle of each row, of all segments in series together [deg].
         touching: true for rows in which the body may touch itself.
-        limit: angle past which the tip may touch the base [deg]; None where parts overlap.
+        limit: angle past which the tip may touch the base [deg], see `touching_angle`; None where parts
+            overlap.
         rows: noun for what is counted.
     """
     bend, touching = np.asarray(bend), np.asarray(touching)

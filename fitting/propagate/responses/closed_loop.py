@@ -12,6 +12,7 @@ import pneusma_jax as pj
 from fitting.control import Loop, Plant, check_plane, usual_loop
 from fitting.control.plant import Seen
 from fitting.data.recordings import Recording
+from fitting.specimens.cautions import touching_angle
 from fitting.specimens.saved_models import AugmentedModel
 from pneusma_jax.errors import InputError
 
@@ -21,7 +22,7 @@ from .drives import drive_numbers, driven, read_channels
 from .noise import NoiseFor, WhiteNoise
 from .response import Driver, Response
 from .state import title_of
-from .touching import TOUCHING, past, touching_angle
+from .touching import TOUCHING, past
 
 SETTLED = 10.0
 """Time from which the error counts [s]: the step's transient is over, as in `pneusma control`."""
@@ -119,7 +120,8 @@ def loop_response(
         driver=Driver("time_s", loop.time[kept]),
         outputs=_output_names(body),
         answer=_Driven(
-            body, loop, own, loop.planned(own), noise, pressure, kept, touching_angle(specimen, model)
+            body, loop, own, loop.planned(own), noise, pressure, kept,
+            touching_angle(specimen.geometry, model),
         ),
         files=files,
         notices=(f"the controller has the {knows} at the nominal numbers",),

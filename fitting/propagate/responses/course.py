@@ -15,6 +15,7 @@ from fitting.data.recordings import Campaign, Recording, notices_of_reading, sch
 from fitting.inference.parameters import Parameter, Parameters
 from fitting.simulate.protocol import check_resistances, drives
 from fitting.specimens import specimen_of
+from fitting.specimens.cautions import touching_angle
 from fitting.specimens.model_objects import BASE
 from fitting.specimens.priors import FIT
 from fitting.specimens.reduction import reduced
@@ -32,7 +33,7 @@ from .drives import activation, drive_numbers, driven, units_of, worst
 from .noise import NoiseFor, WhiteNoise
 from .response import NOISE, NOT_FINITE, Driver, Known, Response
 from .state import described, output_names, title_of
-from .touching import TOUCHING, past, touching_angle
+from .touching import TOUCHING, past
 
 POINTS = 41
 """Rows of a history that results are kept of, unless a study says otherwise: enough to draw a band."""
@@ -75,7 +76,7 @@ def protocol_response(
     check_resistances(protocol, specimen)
     body, files = body_of(specimen, model)
     _check(protocol, body.layout.spring_numbers)
-    kept, limit = kept_rows(len(protocol), points), touching_angle(specimen, model)
+    kept, limit = kept_rows(len(protocol), points), touching_angle(specimen.geometry, model)
     channels = {n: x for n, x in protocol.channels.items() if n.partition("_")[0] != "ambient"}
     slow = {
         n: x
@@ -192,7 +193,7 @@ def recording_response(
     rows = own.prepared(start, own.rows_for(campaign))[0]
     there = np.flatnonzero(np.asarray(rows.mask))
     kept = there[kept_rows(len(there), points)]
-    driver, limit = _driver(recording, rows, kept), touching_angle(recording, model)
+    driver, limit = _driver(recording, rows, kept), touching_angle(recording.geometry, model)
     noise = _noise_of_inputs(noise_for, recording, rows, own)
     columns = {
         schema.quantity_and_unit(name)[0]: name for name in recording.outputs

@@ -10,6 +10,7 @@ from jaxtyping import Array
 
 import pneusma_jax as pj
 from fitting.data.recordings import Recording
+from fitting.specimens.cautions import touching_angle
 from fitting.specimens.saved_models import AugmentedModel
 from fitting.specimens.saved_models.left_out import only_along_histories
 from pneusma_jax.errors import InputError
@@ -29,7 +30,7 @@ from .drives import (
 )
 from .noise import NoiseFor
 from .response import Driver, Response
-from .touching import TOUCHING, past, touching_angle
+from .touching import TOUCHING, past
 
 TOGETHER = 64
 """States side by side, as `solve_batch` has them: more leave the processor's cache."""
@@ -59,7 +60,7 @@ def state_response(
     channels, driver = read_channels(settings, layout.spring_numbers, where)
     noise = noise_for(units_of(channels))
     along = driver is not None
-    names, limit = output_names(layout), touching_angle(specimen, model)
+    names, limit = output_names(layout), touching_angle(specimen.geometry, model)
 
     def answer(values: Mapping[str, Array]) -> tuple[dict[str, Array], Array]:
         actuator, effects = body.build(values), body.effects(values)
@@ -193,7 +194,7 @@ def workspace_response(
         raise InputError(
             f"{where}: a workspace goes over pressure_kPa = {{from, to, points}} and {named[0]} only"
         )
-    driver, limit = Driver(driver.name, driver.values), touching_angle(specimen, model)
+    driver, limit = Driver(driver.name, driver.values), touching_angle(specimen.geometry, model)
     noise = noise_for(units_of(channels))
     outputs = ("curvature_largest_1pm", "curvature_smallest_1pm", "bend_angle_largest_deg",
                "bend_angle_smallest_deg")  # fmt: skip

@@ -3,9 +3,6 @@
 import jax.numpy as jnp
 from jaxtyping import Array
 
-from fitting.data.recordings import Recording
-from fitting.specimens.cautions import CLEARANCE_DEG, models_contact
-from fitting.specimens.saved_models import AugmentedModel
 from pneusma_jax.serial_chain.shape import ChainShape
 
 TOUCHING = "touching_deg"
@@ -16,20 +13,12 @@ POINTS = 17
 of a tube of 10 mm may be missed."""
 
 
-def touching_angle(specimen: Recording, model: AugmentedModel) -> float:
-    """Angle past which the tip may touch the base [deg]; infinite where the model has their contact."""
-    if models_contact(model):
-        return float("inf")
-    stated = specimen.geometry.get("tip_to_base_clearance_deg")
-    return CLEARANCE_DEG if stated is None else float(stated)
-
-
 def past(bend: Array, limit: float) -> Array:
     """Bend angles beyond a limit [deg], and 0 for others.
 
     Args:
         bend: bend angles [rad], of any shape and sign.
-        limit: see `touching_angle`.
+        limit: see `specimens.cautions.touching_angle`.
     """
     angle = jnp.rad2deg(jnp.abs(bend))
     return jnp.where(angle > limit, angle, 0.0)

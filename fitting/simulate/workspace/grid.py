@@ -10,7 +10,7 @@ import numpy as np
 
 import pneusma_jax as pj
 from fitting.simulate.unmodelled import marked
-from fitting.specimens.cautions import actuator_cautions, models_contact
+from fitting.specimens.cautions import actuator_cautions, touching_angle
 from fitting.specimens.model_objects import BASE
 from fitting.specimens.saved_models import AugmentedModel
 from fitting.specimens.saved_models.left_out import of_states_at_rest
@@ -182,7 +182,7 @@ def compute_workspace(
         delta_1=grid(found.delta_1),
         delta_2=grid(found.delta_2),
         status=grid(found.status),
-        cautions=[*actuator_cautions(actuator, found, contact=models_contact(model)), *sentences,
+        cautions=[*actuator_cautions(actuator, found, touching_angle({}, model)), *sentences,
                   *of_states_at_rest(model)],
         outer_diameter=2.0 * float(actuator.section.radius),
         planar=planar,
