@@ -13,7 +13,8 @@ from .bodies import build_body, cautions_of, remarks_on_states
 from .chances import chances_of, notes_on_draws
 from .infeasible import why_infeasible
 from .log import Evaluation, Log
-from .optimise import JOINED, Outcome, conditions
+from .optimality import conditions
+from .optimise import JOINED, Outcome
 from .pareto import share_of_box
 from .program import Model
 from .quantities import QUANTITIES

@@ -10,7 +10,8 @@ from fitting.inference.results import Result
 
 from .discrete import Step
 from .log import Evaluation
-from .optimise import Conditions, Problem
+from .optimality import Conditions
+from .optimise import Problem
 from .program import Model
 from .study import Study
 

@@ -12,13 +12,13 @@ from .discrete import blocked_steps, made_from
 from .infeasible import why_nothing
 from .log import Evaluation, Log, LoggedModel
 from .neighbours import jumps, search_past_jumps
+from .optimality import conditions
 from .optimise import (
     ON_FRONTS,
     Outcome,
     Problem,
     best_of,
     better_seen,
-    conditions,
     from_starts,
     from_within,
     optimise,

@@ -6,7 +6,6 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from pneusma_jax.errors import counted
 from pneusma_jax.units import find_unit
 
 from ..recordings import (
@@ -14,13 +13,9 @@ from ..recordings import (
     Recording,
     ask_about_units,
     check_recording,
-    resistance_range,
     schema,
 )
 from ..recordings.columns import convert
-from ..recordings.nominal import nominal_geometry
-from ..recordings.sidecar import unusual_size
-from ..recordings.table import unusable
 from .channels import (
     UnitMissing,
     canonical,
@@ -43,10 +38,9 @@ from .raw import RawFile
 from .rounding import shortest
 from .running_clock import with_clock
 from .signs_and_zeros import ATMOSPHERE_KPA, correct_signs_and_zeros, gauge_pressure, subtract
-from .specimen_sizes import geometry_of_file, say_other_sizes, say_sizes_of_the_source
+from .specimen_sizes import say_other_sizes, say_sizes_of_the_source
 from .spelling import unit_name
 from .strain_unit import refuse_impossible_wire, settle_strain_unit, warn_of_impossible_strain
-from .texts import MOST_LISTED
 from .unused import explain, mark_used
 
 
@@ -98,7 +92,7 @@ def assemble(
     say_other_units(making, sample.require_grid())
     columns, rows = _columns(sample, making)
     provenance = _provenance(sample, facts, making)
-    geometry = _geometry(facts, making)
+    geometry = geometry_of_sidecar(facts.geometry, making)
     say_sizes_of_the_source(geometry, columns, making)
     say_other_sizes(making)
     _question(sample, channels, columns, rows, making)
@@ -116,7 +110,7 @@ def assemble(
         columns=columns,
         notices=making.notices,
     )
-    _identify_other_alloy(recording, making)
+    identify_other_alloy(recording, making)
     refuse_impossible_wire(making)
     check_recording(recording, [int(row) for row in rows])
     ask_about_units(recording, _written_units(recording, making), _units_known(sample, making))
@@ -150,7 +144,7 @@ def _columns(sample: Sample, making: Making) -> tuple[dict[str, np.ndarray], np.
     _notice_engineering_stress(columns, making)
     _notice_preload(sample, making)
     columns = {name: values[keep] for name, values in columns.items()}
-    columns, rows = _drop_empty(columns, np.array(sample.require_grid().rows)[keep], making)
+    columns, rows = without_empty_rows(columns, np.array(sample.require_grid().rows)[keep], making)
     question_twice(columns, making)
     columns = with_clock(columns, rows, making)
     return {name: shortest(values, _taken_off(name, making)) for name, values in columns.items()}, rows
@@ -285,56 +279,6 @@ def _units_known(sample: Sample, making: Making) -> set[str]:
     return {*making.options.units, *(["time"] if read or making.options.interval_s else [])}
 
 
-def _identify_other_alloy(recording: Recording, making: Making) -> None:
-    """State that a spring's alloy is to be identified, where its resistance is not that of the assumed one.
-
-    Without a stated size nobody knows whether the size or the alloy is another one: that is refused later.
-    """
-    sized = any(key in schema.GEOMETRY_NUMBERS for key in recording.geometry)
-    if recording.kind != "spring" or "alloy" in recording.geometry or not sized:
-        return
-    bounds, values = resistance_range(recording), recording.columns.get("resistance_ohm")
-    if bounds is None or values is None or not np.any((values < bounds[0]) | (values > bounds[1])):
-        return
-    assumed = recording.full_geometry()["alloy"]
-    least, most = np.nanmin(values), np.nanmax(values)
-    recording.geometry["alloy"] = "fit"
-    making.warn(
-        f"resistance_ohm is from {least:.3g} to {most:.3g}, and a spring of {assumed} of this size has "
-        f'{bounds[0]:.3g} to {bounds[1]:.3g}. So alloy = "fit": its law is to be identified. If a size '
-        "is wrong, state it with --dimension"
-    )
-
-
-def _geometry(facts: Facts, making: Making) -> dict:
-    """Content of the sidecar's [geometry]: dimensions of the kind, and a law that is to be identified."""
-    kind, notices = making.kind, making.notices
-    keys = {*nominal_geometry(kind, {}), *(schema.GEOMETRY_NUMBERS if kind == "actuator" else ())}
-    stated = {
-        key: size
-        for key, size in making.options.dimensions.items()
-        if key in schema.GEOMETRY_NUMBERS and key in keys
-    }
-    for key in stated:
-        making.use("--dimension", key)
-    for key in sorted({*making.options.dimensions} - {*stated}):  # those in the table are asked about there
-        if why := unusual_size(key, making.options.dimensions[key], schema.geometry_unit(key)):
-            making.warn(f"--dimension {key}: {why}")
-    of_file = geometry_of_file(making)
-    geometry = {**facts.geometry, **of_file, **stated}
-    fitted = {"elastomer": "material", "wire": "alloy"}.get(kind)
-    if fitted and fitted not in geometry:
-        geometry[fitted] = "fit"
-        notices.append(
-            f'{fitted} = "fit": its law is to be identified; name a known one in the sidecar instead'
-        )
-    elif kind in ("spring", "actuator", "tube") and not {**of_file, **stated}:
-        making.warn(
-            "the sidecar has no [geometry]: state the specimen's with --dimension, or the source's is assumed"
-        )
-    return geometry
-
-
 def _names(sample: Sample, options: Options, facts: Facts) -> tuple[str, str]:
     """Names of the recording and of its specimen. Several tests of a file are distinguished by their
     titles."""
@@ -356,47 +300,3 @@ def _source(sample: Sample, provenance: Provenance, facts: Facts) -> dict[str, o
         "raw_sha256": raw.sha256,
         "raw_format": facts.format,
     }
-
-
-def _row_numbers(rows: np.ndarray) -> str:
-    """Numbers of rows in words: all of a few, else the first ones."""
-    numbers = [str(row) for row in rows[:MOST_LISTED]]
-    more = f" and {len(rows) - MOST_LISTED} more" if len(rows) > MOST_LISTED else ""
-    return f"row{'s' * (len(rows) > 1)} {', '.join(numbers)}{more}"
-
-
-def _drop_empty(
-    columns: dict[str, np.ndarray], rows: np.ndarray, making: Making
-) -> tuple[dict[str, np.ndarray], np.ndarray]:
-    """Remove columns without a number, and rows in which only the clock was recorded.
-
-    Raises:
-        InputError: if a required column has no number, or no row is left.
-    """
-    notices = making.notices
-    needed = schema.KINDS[making.kind].columns.required
-    for name in [name for name, values in columns.items() if np.isnan(values).all()]:
-        if name in needed:
-            raise unusable(making.place, f"{name} has no number in it; name its column with --map")
-        notices.append(f"{name} has no number in it and was left out")
-        del columns[name]
-    data = [values for name, values in columns.items() if name != "time_s"]
-    empty = np.all([np.isnan(values) for values in data], axis=0)
-    if "time_s" in columns:
-        untimed = np.isnan(columns["time_s"]) & ~empty
-        if 2 * untimed.sum() > untimed.size:
-            making.warn(
-                f"{untimed.sum()} of {untimed.size} rows have readings and no time, and were left out: fill "
-                "the clock in, or take its column out and state the seconds between rows with --interval"
-            )
-        empty = empty | np.isnan(columns["time_s"])
-    if empty.all():
-        raise unusable(
-            making.place, "no row has a time and a value; is a column named that holds no numbers?"
-        )
-    if empty.any():
-        notices.append(
-            f"{counted(int(empty.sum()), 'row')} without a time or without any value left out"
-            f" ({_row_numbers(rows[empty])})"
-        )
-    return {name: values[~empty] for name, values in columns.items()}, rows[~empty]

@@ -86,14 +86,7 @@ def fit_least_squares(
         )
     scaled = not use_priors if scale_covariance is None else scale_covariance
     problem = _problem(residual, parameters, data, use_priors, (rtol, least))
-    vectors = starting_vectors(parameters, starts, seed)
-    vectors, most = np.asarray(vectors), np.asarray(max_steps)
-    groups = vectors[:, None] if in_turn else vectors[None]
-    ends = [jax.device_get(run(problem, group, most)) for group in groups]
-    outcomes, values, slopes = jax.tree.map(lambda *parts: np.concatenate(parts), *ends)
-    best, chi_squares = _best(outcomes)
-    outcome = jax.tree.map(lambda leaf: leaf[best], outcomes)
-    ended = _Ended(outcome, vectors[best], values[best], slopes[best], chi_squares)
+    ended = _solved(problem, np.asarray(starting_vectors(parameters, starts, seed)), max_steps, in_turn)
     result = _described(ended, problem, parameters, observations, scaled)
     if throw and not result.success:
         raise FitError(result)
@@ -117,6 +110,22 @@ class _Ended:
     values: np.ndarray
     slopes: np.ndarray
     chi_squares: np.ndarray
+
+
+def _solved(problem: Problem, vectors: np.ndarray, max_steps: int, in_turn: bool) -> _Ended:
+    """End of the best of several starts.
+
+    Args:
+        problem: the problem.
+        vectors: start values of the free parameters, (starts, free).
+        max_steps, in_turn: see `fit_least_squares`.
+    """
+    groups, most = vectors[:, None] if in_turn else vectors[None], np.asarray(max_steps)
+    ends = [jax.device_get(run(problem, group, most)) for group in groups]
+    outcomes, values, slopes = jax.tree.map(lambda *parts: np.concatenate(parts), *ends)
+    best, chi_squares = _best(outcomes)
+    outcome = jax.tree.map(lambda leaf: leaf[best], outcomes)
+    return _Ended(outcome, vectors[best], values[best], slopes[best], chi_squares)
 
 
 def _described(
