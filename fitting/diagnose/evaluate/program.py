@@ -12,26 +12,24 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from fitting.data.recordings import Campaign, Recording, require_fitted
+from fitting.data.recordings import Campaign, Recording
 from fitting.inference.channels import Channel
 from fitting.inference.parallel import RUNS, Tally
-from fitting.inference.parameters import Parameters
-from fitting.specimens.reduction import thinned
-from fitting.specimens.registry import candidates, specimen_of, without_clock
-from fitting.specimens.rows import Rows, stack, with_numbers
+from fitting.specimens.registry import candidates, specimen_of
+from fitting.specimens.rows import Rows
 from fitting.specimens.saved_models import AugmentedModel
 from fitting.specimens.specimen import Specimen
 from pneusma_jax.calibration.records import Calibration
-from pneusma_jax.errors import InputError
 
 from ..settings import DEFAULT
 from .building import Building
-from .compared import compared_channels
 from .compiled import Compiled
 from .evaluation import TRAJECTORY, Evaluation, Raw, row_count, trajectories_of, with_trajectories
 from .inputs import changes_by_inputs, with_input_noise
+from .laid_out import LaidOut
 from .latent_trajectories import LatentTrajectory
-from .projected import projected
+from .no_answer import refuse_no_answer
+from .projected import Asked, projected
 from .trajectory_search import Search
 from .unknowns import Unknowns
 from .variable_projection import Projection, degrees_of_freedom_of
@@ -113,29 +111,17 @@ class Program:
                 fitted.
         """
         specimen = specimen_of(kind)
-        building = Building(progress, kind, len(candidates(kind) if slugs is None else slugs), again)
+        slugs, model = candidates(kind) if slugs is None else slugs, model or AugmentedModel()
+        building = Building(progress, kind, len(slugs), again)
         building.begins()
-        latent = specimen.latent
-        campaign = thinned(campaign, specimen.most_rows_with_effects)
-        rows = latent.rows_for(campaign, **tables)
-        model = model or AugmentedModel()
-        there = tuple(added.slug for added in model.added)
-        tried = [slug for slug in (candidates(kind) if slugs is None else slugs) if slug not in there]
-        untimed = without_clock(campaign, tried)
-        tried = [slug for slug in tried if slug not in untimed]
-        known = {name: q for table in model.base.values() for name, q in table.items()}
-        rows = [with_numbers(r, known) for r in rows]
-        stacked = stack(rows, coarse=True)
-        constants = specimen.parameters_for(campaign, **tables).items()
-        free = Parameters(*(entry for name, entry in constants if name not in held))
-        unknowns = Unknowns(free, tried, specimen.letter, known)
-        channels = compared_channels(campaign.recordings, rows, specimen, stacked.mask.shape[1])
-        fitted = np.array([recording.role == "fit" for recording in campaign.recordings])
-        require_fitted(campaign.recordings, campaign.path)
-        program = cls(kind, list(campaign.recordings), stacked, channels, unknowns, fitted)
-        program.trajectory_degrees_of_freedom, program.bare = np.zeros(len(channels)), channels
-        program.untimed = tuple(untimed)
-        columns = latent.count(stacked)
+        laid_out = LaidOut.of(campaign, specimen, slugs, model, tables, held)
+        unknowns, channels = laid_out.unknowns, laid_out.channels
+        program = cls(
+            kind, laid_out.recordings, laid_out.stacked, channels, unknowns, laid_out.fitted, bare=channels,
+            untimed=laid_out.untimed,
+        )  # fmt: skip
+        program.trajectory_degrees_of_freedom = np.zeros(len(channels))
+        columns = specimen.latent.count(program.stacked)
         program.process_noise = np.zeros((len(channels), columns))
         program._compiled = (
             Compiled(specimen, unknowns, model.effects, columns)
@@ -148,7 +134,7 @@ class Program:
                 stage(unknowns.neutral)
             building.begins()
             program.nominal = nominal = program.evaluate(unknowns.neutral, unknowns.base[:0])
-        _refuse_no_answer(program, nominal)
+        refuse_no_answer(program.recordings, program.fitted, nominal)
         program.failed = max(
             OPTIMISER.failed_deviation, *(float(np.max(np.abs(m), initial=0.0)) for m in nominal.misfit)
         )
@@ -301,10 +287,10 @@ class Program:
         width = self._compiled.width
         chunks = [columns[first : first + width] for first in range(0, max(len(columns), 1), width)]
         start = self.begun(stacked, near, u) if near is not None else stacked
-        asked = np.zeros(len(stacked.mask), bool)
-        asked[: len(chosen)] = chosen
+        in_stack = np.zeros(len(stacked.mask), bool)
+        in_stack[: len(chosen)] = chosen
         search = Search(self.channels, self.process_noise, self.failed, chosen) if moving else None
-        first = self._run(u, chunks[0], start, asked)
+        first = self._run(u, chunks[0], start, in_stack)
         if search:
             search.add(first)
             for _ in range(TRAJECTORIES.runs - 1):
@@ -312,14 +298,15 @@ class Program:
                     break
                 search.add(self._run(u, chunks[0], with_trajectories(stacked, search.proposal), search.open))
             first = search.best
-        rest = [self._run(u, chunk, first.stacked, asked) for chunk in chunks[1:]]
+        rest = [self._run(u, chunk, first.stacked, in_stack) for chunk in chunks[1:]]
         names = first.slopes
         slopes = {n: np.concatenate([part.slopes[n] for part in (first, *rest)]) for n in names}
         whole = replace(first, slopes=slopes)
         projections = search.projections if search else [None] * len(self.channels)
         if search and rest:  # a row may lack a derivative by further unknowns
             projections = self._projections(whole, chosen)
-        found = projected(whole, u, columns, self.channels, chosen, self.failed, projections, search)
+        asked = Asked(u, columns, chosen)
+        found = projected(whole, asked, self.channels, self.failed, projections, search)
         return replace(found, problem=problem)
 
     def holds(self, here: Evaluation, u: np.ndarray, columns: np.ndarray, chosen: np.ndarray) -> bool:
@@ -404,18 +391,3 @@ class Program:
     def free_share(self, k: int) -> float:
         """Part of the measured values of recording k that no latent trajectory takes up."""
         return 1.0 - float(self.trajectory_degrees_of_freedom[k]) / max(self.count(k), 1)
-
-
-def _refuse_no_answer(program: Program, nominal: Evaluation) -> None:
-    """Refuse recordings of which the model has no answer in any fitted row."""
-    fitted = np.flatnonzero(program.fitted)
-    if not fitted.size or any(np.isfinite(x).any() for k in fitted for x in nominal.predicted[k]):
-        return
-    first = program.recordings[fitted[0]]
-    inputs = {n: values for n, values in first.columns.items() if n not in (*first.outputs, "time_s")}
-    known = {name: values[np.isfinite(values)] for name, values in inputs.items()}
-    spans = [f"{name} from {x.min():.4g} to {x.max():.4g}" for name, x in known.items() if x.size]
-    raise InputError(
-        f"{first.path or first.name}: the model has no answer in any row of the fitted recordings; are these "
-        f"its inputs: {', '.join(spans)}?"
-    )
