@@ -13,7 +13,7 @@ from .texts import MOST_LISTED
 def without_empty_rows(
     columns: dict[str, np.ndarray], rows: np.ndarray, making: Making
 ) -> tuple[dict[str, np.ndarray], np.ndarray]:
-    """Columns that have numbers, without rows in which only the clock was recorded, and numbers of the others.
+    """Columns that have numbers, without rows that have the clock alone, and numbers of the other rows.
 
     Args:
         columns: columns in canonical units; one without any number is removed from them.
