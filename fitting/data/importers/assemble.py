@@ -27,6 +27,7 @@ from .channels import (
 from .compression import About
 from .derive import derive, question_stress
 from .doubtful_readings import question_labels, question_readings, question_twice
+from .empty_rows import without_empty_rows
 from .header_lines import lines_unread, say_header
 from .making import Channel, Making
 from .names import name_of, slug
@@ -37,6 +38,7 @@ from .provenance import Provenance, find_provenance
 from .raw import RawFile
 from .rounding import shortest
 from .running_clock import with_clock
+from .sidecar_geometry import geometry_of_sidecar, identify_other_alloy
 from .signs_and_zeros import ATMOSPHERE_KPA, correct_signs_and_zeros, gauge_pressure, subtract
 from .specimen_sizes import say_other_sizes, say_sizes_of_the_source
 from .spelling import unit_name
