@@ -324,7 +324,7 @@ class _Search:
         value = self.entry.value + side * distance
         nearest_ = int(np.argmin(np.abs(np.array(found.distance) - distance)))
         at = found.values[nearest_]
-        starts = [self._ahead(found, nearest_, distance, value), at] if seen is None else [seen]
+        starts = [self._ahead(found, nearest_, value), at] if seen is None else [seen]
         result = self.held.at(value, starts, at)
         if result is None:
             return False
@@ -339,7 +339,7 @@ class _Search:
         found.stopped.insert(k, not result.success)
         return True
 
-    def _ahead(self, found: _Side, k: int, distance: float, value: float) -> dict[str, float]:
+    def _ahead(self, found: _Side, k: int, value: float) -> dict[str, float]:
         """Estimate of the other parameters at a place: on the line of the last two points, or by the
         covariance of the fit."""
         at, moved = found.values[k], value - found.values[k][self.name]

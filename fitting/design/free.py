@@ -41,7 +41,7 @@ def read_free(table: Any, plans: Sequence[Plan], path: str) -> tuple[Free, ...]:
 
 def _free(name: str, entry: Any, table: fields.Table, plans: Sequence[Plan], path: str) -> Free:
     where = f"{path}: [free] {name}"
-    dimension = _dimension(name, entry, plans, where)
+    dimension = _dimension(name, plans, where)
     entry = fields.table_of(entry, where)
     made = fields.word(entry, "made", MADE, where, "continuous")
     check_keys(entry, ("made", "unit", *MADE[made]), where)
@@ -78,7 +78,7 @@ def _plain(name: str) -> str:
     return rest if first.isdecimal() else name
 
 
-def _dimension(name: str, entry: Any, plans: Sequence[Plan], where: str) -> str:
+def _dimension(name: str, plans: Sequence[Plan], where: str) -> str:
     """Kind of quantity of a parameter that all plans have."""
     if name in CHOICES or name == "layout":
         key = "design" if name == "layout" else name

@@ -104,7 +104,7 @@ def temper(target: Target, seed: int, run: int, particles: int = PARTICLES) -> T
     arrays, fixed = eqx.partition(target, eqx.is_array)
     leaves, structure = jax.tree.flatten(arrays)
     functions, static = jax.tree.flatten(fixed)
-    step, likelihoods = _program(tuple(functions), static, structure, target.dimension, particles)
+    step, likelihoods = _program(tuple(functions), static, structure, target.dimension)
     points = draw_prior(target, particles, np.random.SeedSequence([seed, run]))
     if not np.isfinite(np.asarray(likelihoods(leaves, points))).any():
         raise InputError("the model has an answer nowhere in the prior; tighten priors and bounds")
@@ -123,7 +123,7 @@ def temper(target: Target, seed: int, run: int, particles: int = PARTICLES) -> T
 
 
 @functools.lru_cache(maxsize=16)
-def _program(functions: tuple, static: Any, structure: Any, dimension: int, particles: int) -> tuple:
+def _program(functions: tuple, static: Any, structure: Any, dimension: int) -> tuple:
     """Compiled programs: one temperature step, and the likelihoods of points."""
 
     def whole(leaves: list[Array]) -> Target:

@@ -103,20 +103,19 @@ def _followed(end: Ended, wired: Sequence[tuple[int, int]]) -> Rows:
     }
     gain, coupled = ([np.zeros(len(rows.mask)) for _ in reading["gamma"]] for _ in range(2))
     for k, n in wired:
-        gain[k], coupled[k] = _gains(rows, k, n, reading["gamma"][k], finite(end.slopes[k][f"ohms_{n}"]))
+        gain[k], coupled[k] = _gains(rows, k, reading["gamma"][k], finite(end.slopes[k][f"ohms_{n}"]))
     columns = {"gain": tuple(gain), "coupled_gain": tuple(coupled), **reading}
     return with_extra(rows, **columns, **{UNSETTLED: np.asarray(not end.ended)})
 
 
-def _gains(
-    rows: Rows, k: int, number: int, gamma: np.ndarray, total: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
+def _gains(rows: Rows, k: int, gamma: np.ndarray, total: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Change of fraction per resistance [1/ohm]: at a fixed strain, and with that of strain counted.
 
     Both are reduced where noise or a fold hides the fraction.
 
     Args:
-        rows: recording; k, number: place and number of the spring.
+        rows: recording.
+        k: place of the spring.
         gamma: shear strain of every row [1].
         total: slope of the resistance over the fraction with all couplings [ohm], shape (rows,).
     """

@@ -28,11 +28,6 @@ def twinned_fraction(xi0: Array, xi_sm: Array) -> Array:
     return xi0 * (1.0 - xi_sm)
 
 
-def martensite_in_all(xi0: Array, xi_sa: Array) -> Array:
-    """All martensite in the wire, xi, Eq. 2.27 [1]; arguments as of `detwinned_fraction`."""
-    return xi0 + (1.0 - xi0) * xi_sa
-
-
 def austenite_fraction(xi0: Array, xi_sa: Array) -> Array:
     """Austenite in the wire, alpha, Eq. 2.28 [1]; arguments as of `detwinned_fraction`."""
     return (1.0 - xi0) * (1.0 - xi_sa)

@@ -63,7 +63,7 @@ def choose(
         checks: their tangents over the tested range.
         unfit: laws not to be taken, with the reason in a few words.
     """
-    errors = {name: _errors(fits[name], held[name]) for name in fits}
+    errors = {name: _errors(held[name]) for name in fits}
     order = sorted(fits, key=lambda name: float(np.mean(errors[name])))
     aicc, bic = criteria(fits)
     weights = _weights(errors)
@@ -78,7 +78,7 @@ def choose(
     return Choice(ranked, least, chosen, _reason(chosen, candidates[0], order, fits, unfit), unfit)
 
 
-def _errors(fit: LawFit, held: HeldOut) -> np.ndarray:
+def _errors(held: HeldOut) -> np.ndarray:
     """Mean square error of each gap; the fit's own where the data leave no gap to test."""
     bands = np.array([score.weighted for *_, score in held.bands])
     return bands if len(bands) else np.array([held.ranges[-1].inside.weighted])

@@ -37,7 +37,8 @@ def slack_of(drive: np.ndarray, force: np.ndarray, making: Making) -> Slack | No
     return Slack(start, float(np.mean(force[before])) if before.any() else 0.0, int(before.sum()))
 
 
-def _text(slack: Slack, pair: tuple[str, str], making: Making) -> str:
+def _text(slack: Slack, pair: tuple[str, str]) -> str:
+    """Description of the slack, of the answer to a drive: their names in the canonical columns."""
     answer, unit = pair[1].rsplit("_", 1)
     drive = "strain" if pair[0] == "strain" else "elongation"
     length = "" if drive == "strain" else " mm"
@@ -48,7 +49,7 @@ def _text(slack: Slack, pair: tuple[str, str], making: Making) -> str:
 def offer(slack: Slack, pair: tuple[str, str], making: Making) -> None:
     """Report detected slack and the options for it."""
     making.warn(
-        f"{_text(slack, pair, making)} and rises from there: slack, and the load cell's zero. --slack auto"
+        f"{_text(slack, pair)} and rises from there: slack, and the load cell's zero. --slack auto"
         " starts there and"
         " takes the zero off; --slack keep leaves it"
         + ("; --slack fit leaves both to the fits, with their uncertainty" if pair[1] == "stress_kPa" else "")
@@ -76,7 +77,7 @@ def leave_to_fit(columns: dict[str, np.ndarray], pair: tuple[str, str], making: 
         making.zero[name] = float(f"{max(TWICE * abs(size), least):.2g}")
     stated = ", ".join(f"{name} = {sd:g}" for name, sd in making.zero.items())
     none = f"no slack was found; stress is {rest.reading:.4g} kPa at strain {rest.at:.4g}"
-    text = _text(slack, pair, making) if slack else none
+    text = _text(slack, pair) if slack else none
     making.say(f"{text}: both zeros are left to every fit, with standard deviations of [zero] {stated}")
 
 
@@ -112,7 +113,7 @@ def start_at(
     columns[force] = columns[force] - slack.zero
     answer, unit = force.rsplit("_", 1)
     making.say(
-        f"{_text(slack, pair, making)}: {counted(int((~keep).sum()), 'slack row')} left out, {how};"
+        f"{_text(slack, pair)}: {counted(int((~keep).sum()), 'slack row')} left out, {how};"
         f" {slack.zero:.4g}"
         f" {unit} taken off"
         f" {answer} (--slack)"

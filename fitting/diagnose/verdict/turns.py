@@ -331,12 +331,12 @@ def either(turned: Conclusion, plain: Conclusion, odds: Weighed) -> Conclusion:
         nothing=averaged(turned.nothing, plain.nothing),
         unknown=averaged(turned.unknown, plain.unknown),
         explanation_sets=[*turned.explanation_sets, *plain.explanation_sets],
-        next_experiment=_to_tell(hidden, odds),
+        next_experiment=_to_tell(hidden),
         without_turns=WithoutTurns(hidden, odds.turns, odds.effects, 1.0 - share),
     )
 
 
-def _to_tell(hidden: list[Found], odds: Weighed) -> dict:
+def _to_tell(hidden: list[Found]) -> dict:
     """The experiment that tells turning points from effects."""
     names = [f.slug for f in hidden]
     acts = f"{joined(names)} {'acts' if len(names) == 1 else 'act'}"

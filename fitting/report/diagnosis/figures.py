@@ -10,7 +10,6 @@ from fitting.data.recordings import schema
 from fitting.diagnose.verdict.conclusion import Conclusion
 from fitting.inference.notes import joined
 from fitting.report.figures import (
-    BLACK,
     BLUE,
     GREEN,
     GREY,
@@ -30,7 +29,7 @@ from pneusma_jax.units import from_si
 MOST_SHOWN = 6
 MOST_BARS = 8
 """Maximum number of candidates with a bar of their own; the others share one."""
-BASE, AFTER, DATA, APART = VERMILION, BLUE, BLACK, GREY
+BASE, AFTER, APART = VERMILION, BLUE, GREY
 
 
 def recordings_figure(conclusion: Conclusion) -> Figure:
