@@ -106,7 +106,7 @@ def against(options):
     from fitting.propagate.responses.body import body_of
     from fitting.simulate.state import described_actuator
     from fitting.specimens.model_objects import BASE
-    from pneusma_jax.actuator.balance import Problem, residual, start
+    from pneusma_jax.actuator.balance import Problem, first_trial, residual
 
     pj.enable_float64()
     with tempfile.TemporaryDirectory() as folder:
@@ -124,7 +124,7 @@ def against(options):
     began = time.process_time()
     u = sobol.sample(described, 64, calc_second_order=False)[: options.loop]
     x = problem.inputs.values(stats.norm.ppf(np.clip(u, 1e-9, 1.0 - 1e-9)))
-    guess = np.asarray(start(body.build({})))
+    guess = np.asarray(first_trial(body.build({})))
     compiled(guess, x[0]).block_until_ready()
     prepared, began = time.process_time() - began, time.process_time()
     found = [optimize.root(lambda y, row=row: np.asarray(compiled(y, row)), guess) for row in x]

@@ -11,7 +11,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 import pneusma_jax as pj
-from pneusma_jax.actuator.balance import start
+from pneusma_jax.actuator.balance import first_trial
 from pneusma_jax.actuator.load_steps import at_given_phases
 from pneusma_jax.actuator.result import equilibrium_of
 from pneusma_jax.nitinol import MartensiteFraction, SpringState
@@ -93,7 +93,7 @@ class Plant(eqx.Module):
                 for s in self.body.springs
             ]
         )
-        first = Memory(states, memories, start(self.body), cold, resistances, resistances)
+        first = Memory(states, memories, first_trial(self.body), cold, resistances, resistances)
         return begun_as(first, (self.body, self.effects, pressure))
 
     def step(

@@ -12,7 +12,7 @@ from jaxtyping import Array
 import pneusma_jax as pj
 from fitting.design.bodies import Body, Solved, by_segment
 from fitting.inference.parallel import run_parallel
-from pneusma_jax.actuator.balance import start
+from pneusma_jax.actuator.balance import first_trial
 from pneusma_jax.actuator.implicit import attached
 from pneusma_jax.actuator.result import Validity, equilibrium_of
 from pneusma_jax.actuator.root_find import newton
@@ -45,7 +45,7 @@ def fresh(body: Body) -> Memories:
 
 def first_guess(body: Body) -> Array:
     """Start of Newton's method in every segment, shape (segments, freedoms)."""
-    return jnp.stack([start(segment) for segment in body.segments])
+    return jnp.stack([first_trial(segment) for segment in body.segments])
 
 
 def state_of(body: Body, pressure: Array, fractions: Array, memories: Memories, guess: Array) -> Solved:

@@ -13,7 +13,7 @@ import jax.numpy as jnp
 from jaxtyping import Array
 
 import pneusma_jax as pj
-from pneusma_jax.actuator.balance import Problem, configuration, start
+from pneusma_jax.actuator.balance import Problem, configuration, first_trial
 from pneusma_jax.actuator.designs import GEOMETRY_KEYS
 from pneusma_jax.actuator.nearby_root import nearby_root
 from pneusma_jax.nitinol import Alloy, Spring, SpringState
@@ -66,7 +66,7 @@ def trajectory(values: Mapping[str, Array], rows: Rows) -> Solved:
     fresh = SpringState.fresh(jnp.asarray(parameters["prestrain"], float))
     xi0 = _spring_columns(rows, "xi0")
     states = tuple(SpringState(jnp.broadcast_to(fresh.prestrain, (count,)), _earlier_minimum(x)) for x in xi0)
-    guess = jnp.broadcast_to(start(body), (count, body.basis.shape[1]))
+    guess = jnp.broadcast_to(first_trial(body), (count, body.basis.shape[1]))
     for _ in range(PASSES - 1 if body.springs else 0):
         guess, _ = _solve(body, rows, xi0, states, guess)
         gamma = _strains(body, guess)

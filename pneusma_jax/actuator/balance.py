@@ -288,7 +288,7 @@ def _missed(spring: Spring, activation: Resistance, xi0: Array, ohms: Array, con
     return jnp.where(cold | hot, xi0 - end, missed)
 
 
-def start(actuator: Actuator) -> Array:
+def first_trial(actuator: Actuator) -> Array:
     """First trial: sides at +5 and -5 mm on a 56 mm actuator, as far as the free directions allow."""
     target = jnp.asarray([0.0, *(0.5 * START_BEND * actuator.side_direction)])
     basis = jax.lax.stop_gradient(actuator.basis)

@@ -17,7 +17,7 @@ from ..nitinol.spring import MartensiteFraction, Resistance, Spring, SpringRespo
 from ..numerics.rows import filled, first_rows
 from ..program_cache import stored_jit
 from . import Actuator
-from .balance import Problem, measured, start
+from .balance import Problem, first_trial, measured
 from .load_steps import LOAD_STEPS
 from .phase_map import PhaseMap, as_map, grid_points
 from .result import Equilibrium, Validity, count_and_stability, equilibrium_of
@@ -89,7 +89,7 @@ def _chunk(
 ) -> Solved:
     """The first `count` of `CHUNK` rows, which made `before` steps already, after `most` more; see
     `solved_from`."""
-    usual = start(actuator)
+    usual = first_trial(actuator)
     usual = jnp.concatenate([usual, jnp.ones(guess.shape[1] - usual.size)])
     begin = jnp.where(jnp.isnan(guess), usual, guess)
     ended = newton_many(actuator, each, begin, before, held, jnp.arange(CHUNK) >= count, BLOCK, most)

@@ -19,7 +19,7 @@ from jaxtyping import Array, Bool, Float, Int, PyTree
 from ..nitinol.spring import MartensiteFraction
 from ..numerics.newton import solve_blocks
 from ..numerics.safe import frozen
-from .balance import Problem, at_phases, freedoms, joint_residual, measured, start
+from .balance import Problem, at_phases, first_trial, freedoms, joint_residual, measured
 from .root_find import newton, newton_side_by_side
 from .root_search import DISTINCT
 
@@ -129,7 +129,7 @@ def _first_paths(begin: PyTree, problem: Problem) -> _Path:
     corners = corners[np.argsort(1.0 - corners.min(axis=1), kind="stable")]
     corners = np.resize(corners, (PATHS, springs))
     corners = jnp.asarray(corners)
-    first = start(problem.actuator)
+    first = first_trial(problem.actuator)
     begun = jax.vmap(lambda x: newton(at_phases(problem, x, MartensiteFraction), first).unknowns)(corners)
     begun = jnp.where(jnp.all(jnp.isfinite(begun), axis=1, keepdims=True), begun, first)
     unknowns = jnp.concatenate([begun, corners], axis=1)

@@ -15,7 +15,16 @@ from ..numerics.safe import check_number, evaluated, frozen, is_concrete
 from ..precision import require_doubles, require_float64
 from . import Actuator
 from .all_starts import every_root, every_root_at_phases
-from .balance import Problem, configuration, freedoms, imbalance, measured, residual, spring_responses, start
+from .balance import (
+    Problem,
+    configuration,
+    first_trial,
+    freedoms,
+    imbalance,
+    measured,
+    residual,
+    spring_responses,
+)
 from .batches import BLOCK, Rows, is_resistance, solved_at_phases
 from .implicit import attached
 from .known_derivatives import with_derivatives
@@ -27,8 +36,8 @@ from .several import solved_by_resistance, unusable
 from .traced_batch import traced_batch
 
 __all__ = [
-    "BALANCED", "BLOCK", "Equilibrium", "Problem", "Status", "Validity", "configuration", "imbalance",
-    "residual", "solve", "solve_all", "solve_batch", "spring_responses", "start",
+    "BALANCED", "BLOCK", "Equilibrium", "Problem", "Status", "Validity", "configuration", "first_trial",
+    "imbalance", "residual", "solve", "solve_all", "solve_batch", "spring_responses",
 ]  # fmt: skip
 
 
@@ -281,7 +290,7 @@ def _finished(problem: Problem, root: Array, steps: Array, count: Array, stable:
 def _solve(problem: Problem, guess: Array | None) -> Equilibrium:
     """`solve` inside of a transformation: one compiled program per design."""
     if not measured(problem):
-        ended = at_given_phases(problem, start(problem.actuator) if guess is None else guess)
+        ended = at_given_phases(problem, first_trial(problem.actuator) if guess is None else guess)
         root, steps = ended.unknowns, ended.steps
         count, stable = count_and_stability(problem, ended)
     else:
@@ -300,7 +309,7 @@ def _solve(problem: Problem, guess: Array | None) -> Equilibrium:
 def _solve_all(problem: Problem) -> Equilibrium:
     """`solve_all` inside of a transformation; without measured resistances the one of `solve`."""
     if not measured(problem):
-        ended = at_given_phases(problem, start(problem.actuator))
+        ended = at_given_phases(problem, first_trial(problem.actuator))
         real = jnp.arange(MOST_ROOTS) == 0
         found = jnp.broadcast_to(ended.unknowns, (MOST_ROOTS, ended.unknowns.size))
         count, steps, stable = ended.good.astype(int), ended.steps, count_and_stability(problem, ended)[1]

@@ -7,7 +7,7 @@ from jaxtyping import Array
 
 from ..nitinol.spring import MartensiteFraction
 from ..numerics.safe import frozen
-from .balance import Problem, all_finite, start
+from .balance import Problem, all_finite, first_trial
 from .root_find import Ended, newton
 
 LOAD_STEPS = 16
@@ -45,7 +45,8 @@ def at_given_phases(problem: Problem, guess: Array) -> Ended:
         share = jnp.where(at_once, 1.0, stage / LOAD_STEPS)
         found = newton(loaded_by(share, rest, problem), begin)
         found = eqx.tree_at(lambda f: f.steps, found, found.steps + before.steps)
-        begin = jnp.where(at_once, start(problem.actuator), jnp.where(found.good, found.unknowns, begin))
+        nearer = jnp.where(found.good, found.unknowns, begin)
+        begin = jnp.where(at_once, first_trial(problem.actuator), nearer)
         ended = at_once & (found.good | ~finite)
         return jnp.where(ended, LOAD_STEPS + 1, stage + 1), begin, found
 

@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Array, Bool, Float
 
 from ..numerics.safe import frozen
-from .balance import Problem, freedoms, measured, start
+from .balance import Problem, first_trial, freedoms, measured
 from .root_find import FEW_STEPS, Ended, newton
 from .starts import beside_cold, in_between, trial_fractions
 
@@ -70,7 +70,7 @@ def all_roots(problem: Problem) -> Roots:
     problem = frozen(problem)
     grid = jnp.asarray(trial_fractions(len(measured(problem))))
     count = freedoms(problem)
-    first = jnp.broadcast_to(start(problem.actuator), (len(grid), count))
+    first = jnp.broadcast_to(first_trial(problem.actuator), (len(grid), count))
 
     def search(carry: tuple) -> tuple:
         # one loop for all, so that Newton's method is compiled once

@@ -16,7 +16,7 @@ from ..nitinol.spring import MartensiteFraction, Temperature
 from ..numerics.newton import BoundedNewton
 from ..numerics.safe import frozen
 from . import Actuator
-from .balance import Problem, all_finite, start
+from .balance import Problem, all_finite, first_trial
 from .batches import BLOCK, CHUNK, WORTHWHILE, is_resistance
 from .implicit import attached
 from .load_steps import LOAD_STEPS, at_rest, loaded_by
@@ -106,7 +106,7 @@ def _at_phases(actuator: Actuator, each: tuple, common: tuple) -> Ended:
         low, high, points = grid_points(each[0], len(actuator.springs))
         every, ends = _after_grid(actuator, each, common, points), (low, high)
     first = 0 if points is None else len(points)
-    trial, wanted = start(actuator), jnp.arange(first + size) >= first
+    trial, wanted = first_trial(actuator), jnp.arange(first + size) >= first
     possible = jax.vmap(lambda row: all_finite(Problem(actuator, *row)))(every)
     return _Search(actuator, every, first, ends, possible, trial, wanted).ended()
 

@@ -13,7 +13,7 @@ from jaxtyping import Array
 
 from ..nitinol.spring import MartensiteFraction, Resistance
 from . import Actuator
-from .balance import END_DEVIATIONS, END_TOLERANCE, Problem, all_finite, at_phases, configuration, start
+from .balance import END_DEVIATIONS, END_TOLERANCE, Problem, all_finite, at_phases, configuration, first_trial
 from .batches import BLOCK, is_resistance
 from .cells import Reading, all_cells, examined
 from .further_roots import FLAT
@@ -120,7 +120,7 @@ class _Search:
         self.together = self.width // MOST_CELLS
         self.grid_blocks = -(-len(self.points) // self.width)
         self.blocks = self.grid_blocks - (-self.rows // self.width)
-        self.first, self.cells = start(actuator), all_cells(len(activations))
+        self.first, self.cells = first_trial(actuator), all_cells(len(activations))
         self.usable = jax.vmap(lambda row: all_finite(Problem(actuator, *row)))(each)
 
     def begun(self) -> _Loop:

@@ -13,7 +13,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from ..actuator import Actuator
-from ..actuator.balance import Problem, start
+from ..actuator.balance import Problem, first_trial
 from ..actuator.branches import Branch, follow
 from ..actuator.implicit import attached
 from ..actuator.load_steps import at_given_phases
@@ -254,7 +254,7 @@ def _first_carry(
         for s in actuator.springs
     )
     states = jax.tree.map(lambda x: jnp.asarray(x, dtype=float), states)
-    return _Carry(states, start(actuator), temperatures, resistances, memories)
+    return _Carry(states, first_trial(actuator), temperatures, resistances, memories)
 
 
 def _check_counts(actuator: Actuator, activations: tuple, states: tuple) -> None:

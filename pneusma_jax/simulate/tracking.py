@@ -13,7 +13,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from ..actuator import Actuator
-from ..actuator.balance import Problem, configuration, residual, spring_responses, start
+from ..actuator.balance import Problem, configuration, first_trial, residual, spring_responses
 from ..actuator.result import SHORTEST, Equilibrium, Status
 from ..actuator.root_find import BALANCED
 from ..late import optimistix as optx
@@ -95,8 +95,8 @@ def track_history(
     interval = jnp.diff(time, prepend=time[:1])
     rows = (pressure, activations, time, interval, recorded)
     at_start = Problem(actuator, pressure[0], guess or jax.tree.map(lambda x: x[0], activations), states)
-    first = _equilibrium_near(jax.lax.stop_gradient(at_start), start(actuator))
-    unknowns = jnp.where(first.status == int(Status.converged), first.unknowns, start(actuator))
+    first = _equilibrium_near(jax.lax.stop_gradient(at_start), first_trial(actuator))
+    unknowns = jnp.where(first.status == int(Status.converged), first.unknowns, first_trial(actuator))
     carried = (unknowns, jnp.zeros_like(unknowns), states, memories)
     carried = begun_as(carried, (actuator, effects, rows))
     _, (found, seen, good) = jax.lax.scan(step, carried, rows)

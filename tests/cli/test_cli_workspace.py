@@ -1,13 +1,14 @@
 """`pneusma workspace`: the CSV, what the source says of the designs, and rows without result."""
 
 import csv
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from borders import faults
 
 import pneusma_jax as pj
-from fitting.report.figures.workspace import workspace_figure
+from fitting.report.figures.workspace import _words, workspace_figure
 from fitting.simulate.workspace import compute_workspace, grid
 
 COARSE = ("--pressures", 4, "--activations", 3)
@@ -60,6 +61,15 @@ def test_states_without_result_are_counted_in_words():
     assert np.all(np.isnan(space.curvature[lost]))
     assert any("have no result" in sentence for sentence in space.cautions)
     assert set(space.columns()["status"][lost.ravel()]) <= {s.name for s in pj.Status}
+
+
+@pytest.mark.parametrize(("touching_deg", "said"), [(270.0, True), (np.inf, False)])
+def test_a_picture_says_where_contact_is_not_modelled(touching_deg, said):
+    state = {name: np.full((1, 1, 1), 5.0) for name in ("curvature", "bend")}  # 286 degrees
+    space = SimpleNamespace(
+        **state, pressure=np.zeros(1), touching_deg=touching_deg, activation_of=lambda index: {}
+    )
+    assert ("contact is not modelled" in _words(space, (0, 0, 0))) is said
 
 
 def test_shapes_are_drawn_beside_a_bar_of_the_length_that_it_tells():

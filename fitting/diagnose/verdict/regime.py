@@ -87,7 +87,7 @@ def _chance(square: np.ndarray, inside: np.ndarray, method: str) -> float:
 def _share(square: np.ndarray, inside: np.ndarray) -> float:
     """Share of the squares beyond noise that some stretches hold."""
     beyond = np.maximum(square - 1.0, 0.0)
-    return float(beyond[inside].sum() / max(beyond.sum(), 1e-12))
+    return float(beyond[inside].sum() / max(beyond.sum(), 1e-12))  # 0 of nothing
 
 
 def _stretches(program: Program, fit: Fit, chosen: np.ndarray) -> _Stretches:
@@ -129,7 +129,7 @@ def _regimes(kind: str, drivers: dict[str, np.ndarray]) -> Iterator[tuple[str, n
     """
     for name, values in drivers.items():
         values, words = np.nan_to_num(values), name.replace("_", " ")
-        if np.ptp(values) <= 1e-9 * max(np.max(np.abs(values)), 1e-300):
+        if np.ptp(values) <= 1e-9 * max(np.max(np.abs(values)), 1e-300):  # rounding errors, or zeros
             continue
         for q in PLACE.quantiles:
             limit = float(np.quantile(values, q))

@@ -9,7 +9,6 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from fitting.simulate.workspace import ChainReach, Workspace
-from fitting.specimens.cautions import CLEARANCE_DEG
 from pneusma_jax.units import from_si
 
 from . import BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILION, legend_over, style
@@ -220,7 +219,7 @@ def _words(workspace: Workspace, index: tuple[int, int, int]) -> str:
     lines = [f"{round(float(workspace.curvature[index]), 1) + 0.0:g} 1/m, {bend:d} deg"]
     lines.append(f"at {from_si(workspace.pressure[index[2]], 'kPa'):g} kPa")
     lines += [f"xi0 of spring {n}: {value:g}" for n, value in workspace.activation_of(index).items()]
-    if abs(bend) > CLEARANCE_DEG:
+    if abs(bend) > workspace.touching_deg:
         lines.append("(contact is not modelled)")
     return "\n".join(lines)
 

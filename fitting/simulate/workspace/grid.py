@@ -10,7 +10,7 @@ import numpy as np
 
 import pneusma_jax as pj
 from fitting.simulate.unmodelled import marked
-from fitting.specimens.cautions import actuator_cautions, touching_angle
+from fitting.specimens.cautions import CLEARANCE_DEG, actuator_cautions, touching_angle
 from fitting.specimens.model_objects import BASE
 from fitting.specimens.saved_models import AugmentedModel
 from fitting.specimens.saved_models.left_out import of_states_at_rest
@@ -51,6 +51,7 @@ class Workspace:
         outer_diameter: outer diameter of the tube [m].
         planar: true if it bends in one plane.
         marks: contribution of a model discrepancy, and its range flag, by column; shape as the others.
+        touching_deg: bend angle past which the tip may touch the base [deg], see `cautions.touching_angle`.
     """
 
     design: str
@@ -69,6 +70,7 @@ class Workspace:
     outer_diameter: float
     planar: bool = True
     marks: dict[str, np.ndarray] = field(default_factory=dict)
+    touching_deg: float = CLEARANCE_DEG
 
     @property
     def heated(self) -> tuple[int, ...]:
@@ -169,6 +171,7 @@ def compute_workspace(
     marks, sentences = marked(model, added, "actuator", () if planar else ("curvature", "bend_angle"))
     if planar:
         curvature, bend = curvature + more("curvature"), bend + more("bend_angle")
+    touching_deg = touching_angle({}, model)
     return Workspace(
         design=Path(design).name.removesuffix(".toml"),
         springs=actuator.spring_numbers,
@@ -182,11 +185,12 @@ def compute_workspace(
         delta_1=grid(found.delta_1),
         delta_2=grid(found.delta_2),
         status=grid(found.status),
-        cautions=[*actuator_cautions(actuator, found, touching_angle({}, model)), *sentences,
+        cautions=[*actuator_cautions(actuator, found, touching_deg), *sentences,
                   *of_states_at_rest(model)],
         outer_diameter=2.0 * float(actuator.section.radius),
         planar=planar,
         marks={name: grid(values) for name, values in marks.items()},
+        touching_deg=touching_deg,
     )
 
 
