@@ -22,7 +22,7 @@ from fitting.diagnose.verdict.assess import Assessment
 from fitting.diagnose.verdict.conclude import _left_over, conclude
 from fitting.diagnose.verdict.discrepancy_evidence import DiscrepancyEvidence
 from fitting.diagnose.verdict.locate import _region, sized
-from fitting.diagnose.verdict.probabilities import effects_found, probabilities
+from fitting.diagnose.verdict.probabilities import Found, effects_found, none_likelier_than_acting, probabilities
 from fitting.diagnose.verdict.separating import SEPARATE_OF, separating
 from fitting.diagnose.verdict.text import verdict_sentences
 from fitting.diagnose.verdict.unexplained import (
@@ -235,6 +235,20 @@ def test_a_further_effect_that_explains_little_may_be_what_the_form_of_the_first
     first, further = effects_found(explanation, 0.01)
     assert first.probability > (0.8 if second < 2000.0 else 0.95)
     assert least < further.probability < most
+
+
+def test_no_effect_is_likelier_the_strongest_than_it_acts_at_all():
+    """A report had 0.98 for the strongest effect, of which its verdict said 0.77."""
+    first, second = (Found(slug, p, 50.0, {}, [], "") for slug, p in ((CONSTANT, 0.77), (DELAY, 0.5)))
+    before = {CONSTANT: (0.95, 50.0), DELAY: (0.0, 9.0), ANOTHER: (0.02, 3.0), "gravity": (0.01, 2.0)}
+    after = none_likelier_than_acting(before, [first, second])
+    assert after[CONSTANT] == (0.77, 50.0) and after[DELAY] == (0.0, 9.0)
+    assert after[ANOTHER][0] == pytest.approx(0.14) and after["gravity"][0] == pytest.approx(0.07)
+    assert sum(p for p, _ in after.values()) == pytest.approx(sum(p for p, _ in before.values()))
+    certain = [Found(CONSTANT, 0.98, 50.0, {}, [], "")]
+    assert none_likelier_than_acting(before, certain) == before
+    alone = none_likelier_than_acting({CONSTANT: (0.95, 50.0)}, [first])  # something unknown has the rest
+    assert alone == {CONSTANT: (0.77, 50.0)}
 
 
 def test_what_a_refused_rival_has_more_makes_it_no_likelier():

@@ -27,6 +27,7 @@ from .probabilities import (
     Found,
     effects_found,
     explanation_sets,
+    none_likelier_than_acting,
     probabilities,
     weights_of,
 )
@@ -56,6 +57,7 @@ def conclude(explanation: Explanation) -> Conclusion:
     found = effects_found(explanation, unknown, moving and moving.moved) if named else []
     if judged.mimicked and not judged.beyond:
         unknown += _share_with_lookalikes(judged.mimicked, candidates, found)
+    candidates = none_likelier_than_acting(candidates, found)
     place, members = locate(explanation), _members(explanation)
     unnamed = mismatch and (unknown > 0.5 or not named)
     hidden = not mismatch and not program.noise_stated  # a period may pass for noise that nobody states

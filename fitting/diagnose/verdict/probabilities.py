@@ -191,6 +191,29 @@ def effects_found(
     return found
 
 
+def none_likelier_than_acting(
+    candidates: dict[str, tuple[float, float]], found: Sequence[Found]
+) -> dict[str, tuple[float, float]]:
+    """Candidates of which none is likelier the strongest effect than it acts at all.
+
+    What doubts that a named effect acts leaves its place to other candidates. They share what it loses in
+    proportion. It is lost to something unknown where every candidate is named.
+
+    Args:
+        candidates: probability and evidence of each as the strongest effect.
+        found: effects with the probability that each acts.
+    """
+    acts = {one.slug: one.probability for one in found}
+    strongest = {slug: min(p, acts.get(slug, 1.0)) for slug, (p, _) in candidates.items()}
+    lost = sum(p - strongest[slug] for slug, (p, _) in candidates.items())
+    others = sum(p for slug, p in strongest.items() if slug not in acts)
+    grown = 1.0 + lost / others if others > 0.0 else 1.0
+    return {
+        slug: (p if slug in acts else float(min(p * grown, 1.0)), candidates[slug][1])
+        for slug, p in strongest.items()
+    }
+
+
 def _share(explanation: Explanation, one_out: LeaveOneOutEvidence) -> float:
     """Share of all explained misfit that an effect removes beside the others."""
     whole = explanation.base.objective - explanation.final.objective
