@@ -43,6 +43,7 @@ class BendingActuator(Specimen):
     law = "the base model of the actuator"
     tables = ("alloy", "silicone", "actuator")
     options = ("base", "material")
+    identified = ("alloy", "material")
     loads = "pressure"
     starts = 1
     starts_with_model = 1

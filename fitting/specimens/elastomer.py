@@ -39,7 +39,7 @@ class Coupon(Specimen):
     over = simulated_over = "strain"
     tables = ("silicone",)
     options = ("material",)
-    identified = "material"
+    identified = ("material",)
     several_laws = True
     sized = False
     loads = "strain"

@@ -178,8 +178,8 @@ class Specimen(Model):
         simulated_over: quantity on the horizontal axis of simulated outputs.
         tables: kinds of calibration table whose constants its rows hold; of equal names the first counts.
         options: names of the table arguments of `rows_for`.
-        identified: key of `[geometry]` whose value `"fit"` asks to identify a material from these recordings
-            alone; empty if there is none.
+        identified: keys of `[geometry]` whose value `"fit"` asks to identify an alloy or a material from
+            these recordings alone.
         new_alloy: table that the identification of an alloy begins at.
         several_laws: true if `characterise` chooses the base law among several.
         sized: true if the answer depends on dimensions that a recording should state.
@@ -204,7 +204,7 @@ class Specimen(Model):
     simulated_over: str = "time"
     tables: tuple[str, ...] = ()
     options: tuple[str, ...] = ()
-    identified: str = ""
+    identified: tuple[str, ...] = ()
     new_alloy: str = NEW_ALLOY
     several_laws: bool = False
     sized: bool = True

@@ -274,7 +274,7 @@ class SpringOnStand(Specimen):
     law = "the base law of the spring"
     tables = ("alloy", "actuator")
     options = ("base",)
-    identified = "alloy"
+    identified = ("alloy",)
     starts_with_model = 1
     element = "spring"
     output_drivers = (

@@ -56,7 +56,7 @@ class SpringByTemperature(Specimen):
     profiled = EVERY
     tables = ("alloy", "actuator")
     options = ("base",)
-    identified = "alloy"
+    identified = ("alloy",)
     element = "spring"
 
     def drivers(self, recording: Recording) -> tuple[str, ...]:

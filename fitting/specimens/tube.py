@@ -48,7 +48,7 @@ class Tube(Specimen):
     over = simulated_over = "pressure"
     tables = ("silicone", "actuator")
     options = ("material",)
-    identified = "material"
+    identified = ("material",)
     loads = "pressure"
     profiled = EVERY
     element = "actuator"

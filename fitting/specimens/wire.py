@@ -186,7 +186,7 @@ class StraightWire(Specimen):
     over = "temperature"
     tables = ("alloy", "actuator")
     options = ("base",)
-    identified = "alloy"
+    identified = ("alloy",)
     new_alloy = NEW_WIRE
     sized = False
     loads = "stress"

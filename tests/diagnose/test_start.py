@@ -234,3 +234,12 @@ def test_an_alloy_to_be_identified_begins_at_a_named_table(coupons):
     (table,) = base_tables(replace(campaign, recordings=recordings), "spring")
     assert table.identified and "begins at the table new_nitinol" in table.text
     assert base_tables(read_campaign(coupons), "elastomer", {"material": None}) == ()
+
+
+def test_an_actuator_whose_alloy_is_to_be_identified_is_not_called_published():
+    """`Specimen.identified` was empty for it. Its report named a table, and the model of a table's name."""
+    campaign = read_campaign(EXAMPLES / "actuator")
+    recordings = [replace(r, geometry={**r.geometry, "alloy": "fit"}) for r in campaign.recordings]
+    begun = start_of(replace(campaign, recordings=recordings), "actuator")
+    assert begun.words == "the published model, its alloy identified from these recordings"
+    assert not list(characterised(replace(campaign, recordings=recordings), "actuator", lambda _: None))

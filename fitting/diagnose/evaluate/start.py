@@ -64,10 +64,11 @@ def start_of(campaign: Campaign, kind: str, progress: Callable[[str], None] = la
         progress: receives a line of text at every step.
     """
     specimen = specimen_of(kind)
-    if not identifies(campaign.recordings, [specimen.identified]):
+    asked = [key for key in specimen.identified if identifies(campaign.recordings, [key])]
+    if not asked:
         return Start(_named(campaign, kind))
     if not specimen.several_laws:
-        return Start(f"the published model, its {specimen.identified} identified from these recordings")
+        return Start(f"the published model, its {joined(asked)} identified from these recordings")
     progress("fitting laws of the silicone")
     try:
         found = characterise(campaign)
@@ -117,7 +118,7 @@ def characterised(
     """Constants that `characterise` finds, by name: those found soonest first, from all of its starts last.
 
     Each is fitted when it is asked for. There are none where nothing is to be identified, or these recordings
-    cannot be characterised.
+    cannot be characterised. Nor are there any of an actuator: `characterise` reads its phases in another way.
 
     Args:
         campaign: recordings of one kind.
@@ -125,7 +126,10 @@ def characterised(
         progress: receives a line of text at every step.
     """
     specimen = specimen_of(kind)
-    if specimen.several_laws or not identifies(campaign.recordings, [specimen.identified]):
+    if specimen.several_laws or not identifies(campaign.recordings, specimen.identified):
+        return
+    search, own = own_search(specimen.variant(campaign)), own_pipeline(specimen)
+    if search is None and own is None and specimen.latent.present:
         return
     progress("characterising")
 
@@ -133,10 +137,9 @@ def characterised(
         progress(f"characterising, {stage}")
 
     try:
-        search = own_search(specimen.variant(campaign))
         if search is not None:
             yield from search(campaign, progress=within)
-        elif own_pipeline(specimen) is None:  # by the same law as the program's, never by a simpler one
+        elif own is None:  # by the same law as the program's, never by a simpler one
             found = characterise_general(campaign, specimen, starts=specimen.starts, progress=within)
             yield found.parameters
         else:

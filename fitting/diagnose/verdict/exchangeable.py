@@ -93,10 +93,11 @@ def exchanges_of(program: Program, fit: Fit) -> list[Exchange]:
 
 def _to_identify(program: Program) -> set[str]:
     """Names of the constants of an alloy or a material that the recordings are to tell."""
-    key = specimen_of(program.kind).identified
-    if not identifies(program.recordings, [key]):
-        return set()
-    return {FACTOR, *QUANTITIES["alloy" if key == "alloy" else "silicone"]}
+    names: set[str] = set()
+    for key in specimen_of(program.kind).identified:
+        if identifies(program.recordings, [key]):
+            names |= set(QUANTITIES["alloy"]) if key == "alloy" else {FACTOR, *QUANTITIES["silicone"]}
+    return names
 
 
 class _Normal:
