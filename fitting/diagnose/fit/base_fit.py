@@ -159,11 +159,43 @@ def _elsewhere(program: Program, fit: Fit, stuck: bool) -> list[np.ndarray]:
 
 
 def fit_with_noise(program: Program, fit: Fit) -> tuple[Program, Fit]:
-    """The program with the noise about a base model, without outliers, and the base fit with both."""
+    """The program with the noise about a fitted model, without outliers, and the fit with both.
+
+    Args:
+        program: program of the campaign.
+        fit: base model, or one with effects.
+    """
     for _ in range(BASE_FIT.noise_rounds):
         program = without_outliers(program, fit.evaluation)  # under the noise that is known so far
         program = with_noise_of(program, fit.evaluation).prepared(fit.u, fit.evaluation)
         if program.process_noise.shape[1]:
             program.count_input_noise(fit.u)
-        fit = Refitter(program).fit((), fit.u)
+        fit = Refitter(program).fit(fit.slugs, fit.u)
     return program, fit
+
+
+def quieter_beside(program: Program, fit: Fit) -> Program | None:
+    """The program with the noise that named effects leave, where that is clearly less than about the base.
+
+    The base model's slow misfit passes for correlated noise where nobody states the noise. Once effects
+    explain it, it is none. What is left of an instrument's noise then is what `characterise` judges by.
+
+    Args:
+        program: program of the campaign, with the noise about its base model.
+        fit: model with the named effects.
+
+    Returns:
+        The program; None where no name is given, every noise is stated, or the noise is much the same.
+    """
+    if not fit.slugs or program.noise_stated:
+        return None
+    other, _ = fit_with_noise(program, fit)
+    channels = zip(program.recordings, program.bare, other.bare, strict=True)
+    ratios = [
+        float(np.median(before.sigma[there]) / np.median(after.sigma[there]))
+        for recording, row, quieter in channels
+        for before, after in zip(row, quieter, strict=True)
+        if not recording.noise_si(before.quantity)
+        and (there := np.isfinite(before.sigma) & np.isfinite(after.sigma)).any()
+    ]
+    return other if max(ratios, default=0.0) > CHANCE.scatter_ratio else None

@@ -17,7 +17,7 @@ import numpy as np
 from pneusma_jax.errors import counted
 
 from ..evaluate.program import Program
-from ..fit.base_fit import base_fit, fit_with_noise
+from ..fit.base_fit import base_fit, fit_with_noise, quieter_beside
 from ..fit.evidence import evidence, inflation_of
 from ..fit.misfit import floor, limit_of
 from ..fit.prediction import predictive_chi_square
@@ -83,14 +83,23 @@ def _together(program: Program, base: Fit, level: float, search: SetSearch) -> E
 
 
 def _whole(search: SetSearch, program: Program, base: Fit, found: ScoreTest) -> Explanation:
-    """The whole search from a scored base fit, begun again where candidates find a better one."""
+    """The whole search from a scored base fit, begun again where candidates find a better one.
+
+    It is begun again, too, where an unstated noise is clearly less beside what was named. That noise stays.
+    """
+    quiet = False
     for again in reversed(range(BASE_FIT.maximum_searches)):
         explanation = Explanation(program, base, Named(base), [], found.p_value, found.p_is_bound)
         better = search.run(explanation, Step(base, found, []), again > 0)
-        if better is None:
-            break
-        search.progress("beginning again from a better fit of the base model")
-        program, base = fit_with_noise(program, better)
+        if better is not None:
+            search.progress("beginning again from a better fit of the base model")
+            program, base = (program, better) if quiet else fit_with_noise(program, better)
+        else:
+            quieter = quieter_beside(program, explanation.final) if again and not quiet else None
+            if quieter is None:
+                break
+            search.progress("beginning again with the noise that the named effects leave")
+            program, base, quiet = quieter, Refitter(quieter).fit((), explanation.base.u), True
         found = base_scored(program, base, search.rng)
     return explanation
 
