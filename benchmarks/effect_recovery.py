@@ -22,13 +22,13 @@ from scipy.ndimage import gaussian_filter1d
 import pneusma_jax as pj
 from fitting.data.recordings import Campaign, read_campaign
 from fitting.diagnose.evaluate.evaluation import trajectories_of, with_trajectories
-from fitting.diagnose.evaluate.noise import noise_of
 from fitting.diagnose.evaluate.program import Program
 from fitting.diagnose.fit.base_fit import base_fit
 from fitting.diagnose.fit.candidates import candidate_fits
 from fitting.diagnose.fit.misfit import reduced
 from fitting.diagnose.fit.refit import Refitter
 from fitting.diagnose.fit.score_test import score_effects
+from fitting.inference.readings import noise_of
 from fitting.specimens import SPECIMENS
 from fitting.specimens.rows import numbers
 from fitting.specimens.spring_rows import spring_of

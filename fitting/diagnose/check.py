@@ -12,13 +12,13 @@ from itertools import combinations
 import numpy as np
 
 from fitting.data.recordings import Campaign, Recording, questions_of_reading, schema
+from fitting.inference.readings import noise_of
 from fitting.specimens import SPECIMENS, specimen_of
 from fitting.specimens.registry import named_by
 from pneusma_jax.effects import find_effect
 from pneusma_jax.errors import InputError, counted
 from pneusma_jax.units import from_si
 
-from .evaluate.noise import noise_of
 from .settings import DEFAULT
 from .verdict.conclusion import Conclusion
 from .verdict.separating import to_separate

@@ -214,6 +214,19 @@ def noise_found(recording: Recording, quantity: str) -> float:
     return _memoised(recording.whole, quantity, _noise_found)
 
 
+def noise_of(recording: Recording, quantity: str) -> float:
+    """Standard deviation of one reading's noise, stated or as `noise_found` tells it, SI.
+
+    Every command takes the noise of a measured input from here, in fits and in diagnoses.
+
+    Args:
+        recording: recording whose readings before any reduction are used.
+        quantity: name of the column's quantity.
+    """
+    stated = recording.noise_si(quantity)
+    return noise_found(recording, quantity) if stated is None else stated
+
+
 def _noise_found(whole: Recording, quantity: str) -> float:
     values, originals = whole.si(quantity), readings_of(whole, quantity).originals
     if originals and whole.column(quantity) in measured(whole):

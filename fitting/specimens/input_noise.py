@@ -15,7 +15,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from fitting.data.recordings import Recording
-from fitting.inference.readings import noise_found
+from fitting.inference.readings import noise_of
 from pneusma_jax.numerics.safe import as_arrays
 
 from .registry import predictor_of
@@ -39,8 +39,7 @@ def with_driver_noise(rows: Rows, recording: Recording, drivers: Sequence[str], 
     """
     sigma = {name: np.zeros(()) for name in rows.inputs}
     for name in drivers:
-        noise = recording.noise_si(name) or noise_found(recording, name)
-        sigma[name] = np.asarray(noise / np.sqrt(block))
+        sigma[name] = np.asarray(noise_of(recording, name) / np.sqrt(block))
     return with_extra(rows, **{CLEAN: dict(rows.weight), SIGMA: sigma})
 
 

@@ -12,6 +12,7 @@ from jaxtyping import Array
 import pneusma_jax as pj
 from fitting.data.recordings import Campaign, Recording, kinds
 from fitting.inference.parameters import Parameters
+from fitting.inference.readings import noise_of
 from pneusma_jax.pipeline import Effect
 from pneusma_jax.silicone import tube_length
 from pneusma_jax.simulate.tracking import track_history
@@ -116,9 +117,10 @@ class Tube(Specimen):
 def _with_pressure(
     recording: Recording, columns: Mapping[str, np.ndarray], weight: np.ndarray, block: int
 ) -> np.ndarray:
-    """Weight of the length with the propagated noise of the pressure, by the recording's own slope."""
-    sigma, used = recording.noise_si("pressure"), weight > 0.0
-    if not sigma or used.sum() < SLOPE_DEGREE + 2:
+    """Weight of the length with the propagated noise of the pressure, stated or estimated, by the
+    recording's own slope."""
+    sigma, used = noise_of(recording, "pressure"), weight > 0.0
+    if not sigma > 0.0 or used.sum() < SLOPE_DEGREE + 2:
         return weight
     course = np.polynomial.Polynomial.fit(columns["pressure"][used], columns["length"][used], SLOPE_DEGREE)
     slope = np.where(used, course.deriv()(columns["pressure"]), 0.0)

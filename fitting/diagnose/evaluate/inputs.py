@@ -14,11 +14,9 @@ import numpy as np
 from fitting.data.recordings import Recording
 from fitting.inference.channels import Channel, serial_correlation
 from fitting.inference.noise import robust_noise, rounding_noise
-from fitting.inference.readings import read_values
+from fitting.inference.readings import noise_of, read_values
 from fitting.specimens.rows import Rows
 from pneusma_jax.numerics.safe import as_array
-
-from .noise import noise_of
 
 
 def input_noise(recordings: list[Recording], stacked: Rows) -> dict[str, np.ndarray]:

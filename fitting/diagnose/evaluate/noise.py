@@ -61,14 +61,6 @@ def channels_of(
     return found
 
 
-def noise_of(recording: Recording, quantity: str) -> float:
-    """1-sigma of a column, stated or from its fast changes, SI; without a clock, rows count for time."""
-    stated = recording.noise_si(quantity)
-    if stated is not None:
-        return stated
-    return noise_found(recording, quantity)
-
-
 def correlation_factor(pieces: Iterable[np.ndarray]) -> float:
     """Serial-correlation factor: variance of a mean of whitened residuals over that of independent ones.
 
