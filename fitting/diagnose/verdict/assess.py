@@ -48,6 +48,8 @@ class Assessment:
         further: the one beside the effects; None where none is named.
         rest: discrepancy beside the effects.
         unsupported: true if values that were not fitted are missed clearly more with the effects.
+        acts_beside: probability that something unknown acts beside effects that it does not replace; 0 where
+            nothing says so.
     """
 
     named: bool
@@ -63,6 +65,7 @@ class Assessment:
     further: DiscrepancyEvidence | None
     rest: Discrepancy | None
     unsupported: bool = False
+    acts_beside: float = 0.0
 
     @property
     def moving(self) -> DiscrepancyEvidence | None:
@@ -104,12 +107,14 @@ def assess(explanation: Explanation, scores: Scores) -> Assessment:
     further = best_discrepancy(program, explanation.final) if named else None
     signs = signs_of(explanation, discrepancy, further, base, last, floors) if named else None
     over = left_of(program, explanation.final, base=explanation.base) if named else None
-    unknown, lost, beyond, mimicked = 0.0, 0.0, False, ()
+    unknown, lost, beyond, mimicked, acts_beside = 0.0, 0.0, False, (), 0.0
     unsupported = named and clear(program, explanation.final, scores.rise(explanation))
     if signs is not None:
         helpless = signs.kept >= 1.0 and any(left > limit for left, limit in zip(last, limits, strict=True))
         likely = max(probability_of_unknown(signs), PROBABILITY.tentative if helpless else 0.0)
         likely = max(likely, 1.0 - PROBABILITY.tentative if unsupported else 0.0)
+        if signs.only_beside and not unsupported and likely > PROBABILITY.beside:
+            acts_beside, likely = min(likely, PROBABILITY.doubtful), PROBABILITY.beside
         unknown, beyond, mimicked = _doubt_of_names(explanation, likely, over is not None and over.stated)
         lost = gain_over_named(explanation, discrepancy)
     elif mismatch:
@@ -124,7 +129,7 @@ def assess(explanation: Explanation, scores: Scores) -> Assessment:
         unknown = max(unknown, PROBABILITY.tentative)
     return Assessment(
         named, mismatch, chance, unknown, beyond, mimicked, last, signs, lost, discrepancy, further, rest,
-        unsupported,
+        unsupported, acts_beside,
     )  # fmt: skip
 
 

@@ -191,8 +191,8 @@ def _left_over(explanation: Explanation, unknown: float, judged: Assessment, fou
 
     Args:
         explanation: result of the search.
-        unknown: probability of something unknown.
-        judged: what speaks for it.
+        unknown: probability of something unknown as the strongest.
+        judged: what speaks for it; it may act beside the names with a larger probability.
         found: the named effects.
     """
     program, names = explanation.program, [f.slug for f in found]
@@ -225,7 +225,7 @@ def _left_over(explanation: Explanation, unknown: float, judged: Assessment, fou
     text = " ".join([text, *([_looks_like(judged.mimicked)] if judged.mimicked else ())])
     further = 0.0 if judged.further is None else judged.further.bayes
     log_bayes = max(judged.lost, further, float(0.5 * max(excess)) / explanation.inflation, 0.0)
-    return Found(UNMODELLED, float(unknown), log_bayes, {}, names, text)
+    return Found(UNMODELLED, float(max(unknown, judged.acts_beside)), log_bayes, {}, names, text)
 
 
 def _function_of(one: DiscrepancyEvidence) -> str:

@@ -43,6 +43,15 @@ class Signs:
     beside: float
 
     @property
+    def only_beside(self) -> bool:
+        """True if something unknown may act beside the effects, and nothing says that it acts instead.
+
+        The effects leave a small share of the misfit, and no function predicts clearly better than they do.
+        A right effect in a form that is not quite nature's looks so, and one beside which another acts.
+        """
+        return self.kept <= SHARE.small and self.outdone <= SHARE.small
+
+    @property
     def scaled(self) -> np.ndarray:
         """1 and the signs, (4,): shares as decades of hundredths, evidence as decades of its units."""
         shares = np.log10(1.0 + 100.0 * np.array([self.kept, self.outdone]))
