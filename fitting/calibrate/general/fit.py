@@ -19,6 +19,8 @@ from fitting.specimens import Model, Rows, derivative_of, misfit_of, predictor_o
 from fitting.specimens.correlated_noise import correlated, uncorrelated
 from pneusma_jax.numerics.safe import as_arrays
 
+from .noise import with_noise_of_residuals
+
 RTOL = 1e-4
 MAX_STEPS = 300
 FEW_STEPS = 50
@@ -42,11 +44,11 @@ class GeneralFit:
 
     Attributes:
         recordings: all of them.
-        rows: the same as arrays, decided at the values found, noise as it was stated.
+        rows: the same as arrays, decided at the values found, noise as it was stated, or as residuals tell.
         model: model that predicts them.
         result: the fit, noise as it was taken.
         starts: chi-square that each start ended with; NaN where it failed.
-        reduced_chi_square: reduced chi-square for the noise as stated.
+        reduced_chi_square: reduced chi-square for that noise.
         inflation: factor on the noise, and so on the standard errors.
         correlation_time: samples of misfit that make one independent one.
         zeros: sizes of the zeros of instruments that are off or drift, by output, which correlate its noise.
@@ -234,9 +236,18 @@ def _settled(
     ends: tuple[float, ...],
     progress: Callable[[str], None],
 ) -> GeneralFit:
-    """A fit with errors that know about misfit and serial correlation."""
+    """A fit with errors that know about misfit and serial correlation.
+
+    A noise that nobody states is told anew by what the fit leaves, and the fit is made with it.
+    """
     reduced = float(result.reduced_chi_square or np.nan)
     fit = GeneralFit(recordings, tuple(rows), model, result, ends, reduced, 1.0, 1.0)
+    told = with_noise_of_residuals(recordings, rows, fit.predict())
+    if any(one is not other for one, other in zip(told, rows, strict=True)):
+        progress("with the noise that residuals tell")
+        result = _fit(model, recordings, told, result.parameters.at(result.values), 1, 0)
+        reduced, rows = float(result.reduced_chi_square or np.nan), told
+        fit = replace(fit, rows=tuple(rows), result=result, reduced_chi_square=reduced)
     misfits = _misfits(fit)
     fit = replace(fit, correlation_time=correlation_time(misfits))
     factor = inflation_of(reduced, misfits)
