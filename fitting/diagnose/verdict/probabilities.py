@@ -15,6 +15,7 @@ from ..fit.evidence import evidence, inflation_of
 from ..fit.misfit import reduced
 from ..fit.refit import at_an_end, at_its_bound
 from ..fit.standard_errors import standard_errors
+from ..search.decision import leaves_more
 from ..search.steps import Explanation, LeaveOneOutEvidence
 from ..settings import DEFAULT
 
@@ -145,6 +146,8 @@ def effects_found(
     """
     program, fit = explanation.program, explanation.final
     errors, found = standard_errors(program, fit, moved) if fit.slugs else np.zeros(0), []
+    strongest = max(explanation.leave_one_out, key=lambda one: one.net, default=None)
+    by_form = _left_by_form(explanation)
     for slug in fit.slugs:
         one_out = explanation.named.leave_one_out[slug]
         candidate = one_out.own
@@ -153,9 +156,9 @@ def effects_found(
         weights = weights_of(np.array([net, 0.0, *(one_out.worth(t) for t in rivals)]))
         instead = dict(zip([slug, *(t.slug for t in rivals)], np.delete(weights, 1).tolist(), strict=True))
         probability = float(weights[0]) * (1.0 - unknown)
-        probability = min(
-            probability, max(_share(explanation, one_out) / SHARE.minor, PROBABILITY.doubtful)
-        )
+        if one_out is not strongest:
+            share = _share(explanation, one_out) / by_form
+            probability = min(probability, max(share, PROBABILITY.doubtful))
         if at_its_bound(fit, slug):
             probability *= PROBABILITY.tentative
         if candidate.bayes - candidate.explained_by_instruments < EVIDENCE.minimum_settled:
@@ -212,6 +215,16 @@ def none_likelier_than_acting(
         slug: (p if slug in acts else float(min(p * grown, 1.0)), candidates[slug][1])
         for slug, p in strongest.items()
     }
+
+
+def _left_by_form(explanation: Explanation) -> float:
+    """Share of all explained misfit that the imperfect form of an effect may leave to another one.
+
+    The strongest effect is none that such a form leaves. A form that is right to a small share leaves no more
+    than that. It is told by a set that leaves noise alone. Forms that leave more may be worse.
+    """
+    more = leaves_more(explanation.program, explanation.final, explanation.left_out[1])
+    return SHARE.minor if more else SHARE.small
 
 
 def _share(explanation: Explanation, one_out: LeaveOneOutEvidence) -> float:
