@@ -140,10 +140,13 @@ def with_effects(
     parameters = numbers(values, rows)
     stand = spring_of(parameters), effects, pj.SpringState(parameters["prestrain"], jnp.ones(()))
     elongation, time = rows.inputs["elongation"], rows.time
+    warm = rows.extra.get(spring_rows.RECORDED_TEMPERATURE)
 
     def follow(stand: tuple, activation: Any, **more: Array) -> tuple[Array, Array, SpringResponse]:
         element, effects, state = stand
-        found = pj.simulate_spring(element, elongation, activation, state, time=time, effects=effects, **more)
+        found = pj.simulate_spring(
+            element, elongation, activation, state, time=time, effects=effects, temperature=warm, **more
+        )
         return jnp.stack([found.seen[name] for name in OUTPUTS]), found.kept, found.rows
 
     def at(stand: tuple, xi0: Array, decided_by: Array) -> tuple[Array, Array, SpringResponse]:

@@ -31,6 +31,8 @@ MARGIN = 0.03
 """Maximum deviation of a turning point from the rule, as part of the residual strain."""
 FIXED = ("gamma_max", "poisson_ratio", "T_mid", "T_width", "density", "heat_capacity", "convection")
 """Constants that tests on a stand do not identify: conventions, and constants of heating."""
+RECORDED_TEMPERATURE = "recorded_temperature"
+"""Entry of rows for the recorded temperature of the spring [degC], which effects alone depend on."""
 INITIAL_PROCESS_NOISE = 1e-6
 """Initial process-noise variance of the martensite fraction per second, until `with_process_noise` finds
 it."""
@@ -42,6 +44,7 @@ def rows_of(
     specimen: int = 1,
     held_at: float | None = None,
     options: RowOptions = FITTED,
+    with_temperature: bool = False,
 ) -> Rows:
     """A recording of kind spring as arrays.
 
@@ -51,6 +54,7 @@ def rows_of(
         specimen: number of the specimen in the campaign.
         held_at: constant martensite fraction of the whole recording (1 cold, 0 hot); None to find it.
         options: selection of rows.
+        with_temperature: true for an entry `RECORDED_TEMPERATURE`, NaN where none was recorded.
 
     Raises:
         InputError: if fewer than four rows have both time and elongation.
@@ -69,6 +73,7 @@ def rows_of(
     smooth = denoised(driven_columns["time"], driven_columns["resistance"])
     finite = np.isfinite(smooth)
     size = len(driven_columns["time"])
+    warm = {RECORDED_TEMPERATURE: _temperature(recording, driven_columns["time"])} if with_temperature else {}
     return Rows(
         mask=np.ones(size, bool),
         time=driven_columns["time"],
@@ -89,9 +94,19 @@ def rows_of(
             "force_informs": np.asarray(1.0),
             "margin": np.asarray(MARGIN),
             "loading": _loading(driven_columns["elongation"]),
+            **warm,
         },
         specimen=np.asarray(specimen),
     )
+
+
+def _temperature(recording: Recording, time: np.ndarray) -> np.ndarray:
+    """Recorded temperature at these times [degC], linear between readings; NaN where there is none."""
+    if not recording.has("temperature"):
+        return np.full(len(time), np.nan)
+    seen, degrees = recording.si("time"), recording.si("temperature")
+    there = np.isfinite(seen) & np.isfinite(degrees)
+    return np.interp(time, seen[there], degrees[there]) if there.any() else np.full(len(time), np.nan)
 
 
 def _loading(elongation: np.ndarray) -> np.ndarray:
@@ -130,8 +145,10 @@ def rows_for(
     quantities, _ = priors.alloy_quantities(campaign, ALLOY, base)
     alloy = {name: quantity.value for name, quantity in quantities.items()}
     number = {specimen: k for k, specimen in enumerate(campaign.specimens(), start=1)}
-    levels = held_at or {}
-    return [rows_of(r, alloy, number[r.specimen], levels.get(r.name), options) for r in campaign.recordings]
+    levels, warm = held_at or {}, any(r.has("temperature") for r in campaign.recordings)
+    return [
+        rows_of(r, alloy, number[r.specimen], levels.get(r.name), options, warm) for r in campaign.recordings
+    ]
 
 
 def spring_of(parameters: Mapping[str, Array]) -> Spring:

@@ -62,12 +62,13 @@ class ResistanceTemperatureCoefficient(Effect):
         return each(at, lambda: (jnp.asarray(0.0), jnp.asarray(1.0)))
 
     def _factor(self, at: Known, memory: tuple[Array, Array], xi0: Array) -> Array:
-        if "temperature" in at and "actuator" not in at:
-            excess = at["temperature"] - AMBIENT
+        implied = temperature_of(law_of(at), xi0) - AMBIENT
+        if "temperature" in at and "actuator" not in at:  # NaN where another recording has the only one
+            excess = jnp.where(jnp.isfinite(at["temperature"]), at["temperature"] - AMBIENT, implied)
         elif "currents" in at and at["number"] in at["currents"]:
             excess = memory[0]
         else:
-            excess = temperature_of(law_of(at), xi0) - AMBIENT
+            excess = implied
         return 1.0 + (xi0 * self.alpha_m + (1.0 - xi0) * self.alpha_a) * excess
 
     def wire_resistance(self, value: Array, at: Known, memory: dict) -> Array:
