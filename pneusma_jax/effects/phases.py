@@ -13,12 +13,17 @@ from ._saturation import saturation
 from ._spec import Spec
 from ._springs import branch, each, law_of, law_stress, solved_springs, zeros
 
+REGIONS = 5
+"""Number of regions that return over strains of their own, see `TransformationHysteresis`."""
+
 
 class TransformationHysteresis(Effect):
     """A second branch: stress drops by gap_m, gap_a [Pa] after a reversal of strain, over a width [1].
 
     The base curve is the loading one. The gap may differ between the phases. It closes again below a strain
-    `closed` [1], as the loop of an unstrained wire has no height. Where temperature drives, the heating curve
+    `closed` [1], as the loop of an unstrained wire has no height. Regions of the metal return one after the
+    other: equal parts do so over widths of up to `exp(spread)` times less and more, evenly in their
+    logarithm. Where temperature drives, the heating curve
     lies `gap_T` [K] above the cooling one and is `1 + sharper` times as steep. It is reached over `gap_T` and
     `width_T` more. Which of them has the base curve's middle says `between` [1]: 0 the cooling one, 1 the
     heating one. Between 0 and 1 it is a place between them.
@@ -32,6 +37,7 @@ class TransformationHysteresis(Effect):
     closed: Array = eqx.field(converter=jnp.asarray, default=0.02)
     width_T: Array = eqx.field(converter=jnp.asarray, default=3.0)
     between: Array = eqx.field(converter=jnp.asarray, default=0.0)
+    spread: Array = eqx.field(converter=jnp.asarray, default=0.0)
 
     slug: ClassVar[str] = "transformation_hysteresis"
     remembers: ClassVar[bool] = True
@@ -42,7 +48,9 @@ class TransformationHysteresis(Effect):
     sentences: ClassVar[Mapping[str, str]] = {
         "W": "The nitinol returns along another branch than it came on, by heat or by load."
     }
-    literature: ClassVar[str] = "Liang and Rogers, J. Intell. Mater. Syst. Struct. 1 (1990) 207"
+    literature: ClassVar[str] = (
+        "Liang and Rogers, J. Intell. Mater. Syst. Struct. 1 (1990) 207; W. D. Iwan, J. Appl. Mech. 33 (1966) 893"
+    )
     specs: ClassVar[dict[str, Spec]] = {
         "gap_m": Spec(0.0, 0.0, 500e6, 15e6, "Pa", "stress gap of the martensite"),
         "gap_a": Spec(0.0, 0.0, 500e6, 30e6, "Pa", "stress gap of the austenite"),
@@ -54,6 +62,7 @@ class TransformationHysteresis(Effect):
         "between": Spec(
             0.0, 0.0, 1.0, 0.5, "1", "place of the base curve, 0 cooling, 1 heating", True, "W", True
         ),
+        "spread": Spec(0.0, 0.0, 2.2, 0.5, "1", "spread of the widths in which regions return", True),
     }
     # shear in a coil; along a superelastic wire the branches are 150 to 400 MPa apart (Duerig, Melton,
     # Stoeckel and Wayman, Engineering Aspects of Shape Memory Alloys, 1990)
@@ -69,7 +78,13 @@ class TransformationHysteresis(Effect):
             warm = at["temperature"]
             # a specimen that starts cold has cooled, one that starts hot has been heated
             cooling = law_of(at).martensite_fraction_at(warm)
-        return {number: (*last, warm, cooling) for number, last in each(at, zeros(3)).items()}
+        still = jnp.asarray(0.0), jnp.asarray(0.0), jnp.zeros(REGIONS)
+        return {number: (*last, warm, cooling) for number, last in each(at, lambda: still).items()}
+
+    def _returned(self, gamma: Array, last: tuple) -> Array:
+        """Share of every region's way to the lower branch [1], shape (regions,)."""
+        widths = self.width * jnp.exp(self.spread * jnp.linspace(-1.0, 1.0, REGIONS))
+        return branch(gamma, last[:3], widths)
 
     def _cooling(self, temperature: Array, last: tuple) -> Array:
         """1 on the cooling branch, 0 on the heating one."""
@@ -86,7 +101,7 @@ class TransformationHysteresis(Effect):
         """See `Effect.stress`."""
         gap = at["xi0"] * self.gap_m + (1.0 - at["xi0"]) * self.gap_a
         height = jnp.clip(jnp.abs(at["gamma"]) / self.closed, 0.0, 1.0)
-        return value - gap * height * branch(at["gamma"], memory[at["number"]][:3], self.width)
+        return value - gap * height * jnp.mean(self._returned(at["gamma"], memory[at["number"]]))
 
     def remember(self, memory: dict, at: Known) -> dict:
         """Strain, temperature and branches of every spring."""
@@ -96,7 +111,7 @@ class TransformationHysteresis(Effect):
             if "temperature" in at and "actuator" not in at:
                 thermal = at["temperature"], self._cooling(at["temperature"], last)
             gamma = response.gamma
-            later[number] = (jnp.asarray(1.0), gamma, branch(gamma, last[:3], self.width), *thermal)
+            later[number] = (jnp.asarray(1.0), gamma, self._returned(gamma, last), *thermal)
         return later
 
 

@@ -10,6 +10,7 @@ from effect_programs import AREA, GAUGE, PROTOCOLS, ROWS, TIME, UP_AND_DOWN, see
 from scipy.optimize import brentq
 
 import pneusma_jax as pj
+from pneusma_jax.effects.phases import REGIONS
 from pneusma_jax.effects.sensors import ahead
 from pneusma_jax.effects.wall import StrainStiffening, ViscoelasticRelaxation
 
@@ -221,15 +222,18 @@ def test_a_stand_that_gives_takes_its_share(stiffening):
     np.testing.assert_allclose(again, found, rtol=1e-8, atol=1e-12)
 
 
-def test_the_lower_branch_is_a_gap_below_once_the_strain_has_turned():
-    drive, form = dict(xi0=np.full(ROWS, 0.6)), dict(gap_m=10e6, gap_a=30e6, width=0.01, closed=0.03)
+@pytest.mark.parametrize("spread", [0.0, 1.2])
+def test_the_lower_branch_is_a_gap_below_once_the_strain_has_turned(spread):
+    drive, form = dict(xi0=np.full(ROWS, 0.6)), dict(gap_m=10e6, gap_a=30e6, width=0.01, closed=0.03, spread=spread)
     bare = without("S", **drive)
     found = seen("S", {f"transformation_hysteresis.{name}": value for name, value in form.items()}, **drive)
     drop = bare["true_stress"] - found["true_stress"]
     np.testing.assert_allclose(drop[UP], 0.0, atol=1e-3)
     back = np.max(bare["true_gamma"][:17]) - bare["true_gamma"][DOWN]
     height = np.minimum(np.abs(bare["true_gamma"][DOWN]) / 0.03, 1.0)
-    np.testing.assert_allclose(drop[DOWN], 18e6 * height * np.minimum(back / 0.01, 1.0), rtol=1e-8)
+    widths = 0.01 * np.exp(spread * np.linspace(-1.0, 1.0, REGIONS))
+    returned = np.minimum(back[:, None] / widths, 1.0).mean(axis=1)
+    np.testing.assert_allclose(drop[DOWN], 18e6 * height * returned, rtol=1e-8)
 
 
 def test_the_r_phase_is_soft_on_cooling_only(alloy):
