@@ -25,6 +25,7 @@ from ..fit.candidates import (
     fitted_sets,
     from_elsewhere,
     refitted_baseline,
+    reshaped,
     starts_of,
     weigh,
 )
@@ -201,7 +202,10 @@ class SetSearch:
             if chosen in seen:
                 break
             seen.add(chosen)
-            self._rivals(program, pool, decision.fit)
+            if leaves_more(program, decision.fit):
+                self.progress("fitting other shapes of what is named")
+                pool.add([reshaped(program, decision.fit)])
+            self._rivals(program, pool, pool.get(chosen))
         fit = pool.get(chosen)
         explanation.base = pool.base
         explanation.steps[0].base = pool.base
