@@ -49,7 +49,8 @@ class TransformationHysteresis(Effect):
         "W": "The nitinol returns along another branch than it came on, by heat or by load."
     }
     literature: ClassVar[str] = (
-        "Liang and Rogers, J. Intell. Mater. Syst. Struct. 1 (1990) 207; W. D. Iwan, J. Appl. Mech. 33 (1966) 893"
+        "Liang and Rogers, J. Intell. Mater. Syst. Struct. 1 (1990) 207; W. D. Iwan, J. Appl. Mech. 33 (1966)"
+        " 893: elements in parallel"
     )
     specs: ClassVar[dict[str, Spec]] = {
         "gap_m": Spec(0.0, 0.0, 500e6, 15e6, "Pa", "stress gap of the martensite"),
