@@ -7,7 +7,7 @@ missing effect. So the search may be made twice: with drives as recorded, and wi
 import dataclasses
 from collections.abc import Callable, Iterator, Sequence
 from itertools import count, islice
-from typing import TypeVar
+from typing import Protocol, TypeVar
 
 import numpy as np
 
@@ -152,7 +152,10 @@ def _search(
         explanation = explain(program, rng, progress, effort, further_starts)
         final, unexplained = explanation.program, far_from_noise(explanation)
         misread = misread_in(
-            final, explanation.base, lambda recordings: rebuilt(final, recordings, MISREAD), unexplained
+            final,
+            explanation.base,
+            lambda recordings, nominal: rebuilt(final, recordings, MISREAD, nominal),
+            unexplained,
         )
         explanation.misread = misread
         if explanation.second_look is not None:  # the verdict may be of this one
@@ -182,10 +185,15 @@ def _made_once(found: Iterator[T]) -> Callable[[], Iterator[T]]:
     return again
 
 
-Rebuilding = Callable[[Program, Sequence[Recording], str], Program]
-"""Makes a program of the same campaign, like a given one, from its recordings with other rows or values.
+class Rebuilding(Protocol):
+    """Makes a program of the same campaign, like a given one, from its recordings with other rows or
+    values."""
 
-The words say with what, for those who wait."""
+    def __call__(
+        self, program: Program, recordings: Sequence[Recording], with_what: str, nominal_alone: bool = False
+    ) -> Program:
+        """The program. The words say with what it is made, for those who wait; `nominal_alone` is as of
+        `Program.of`."""
 
 
 def _rebuilding(
@@ -193,7 +201,9 @@ def _rebuilding(
 ) -> Rebuilding:
     """The `Rebuilding` of a campaign; the arguments are those of `diagnose`, and where its fits begin."""
 
-    def rebuilt(program: Program, recordings: Sequence[Recording], with_what: str) -> Program:
+    def rebuilt(
+        program: Program, recordings: Sequence[Recording], with_what: str, nominal_alone: bool = False
+    ) -> Program:
         whole = dataclasses.replace(campaign, recordings=list(recordings))
         return Program.of(
             whole,
@@ -204,6 +214,7 @@ def _rebuilding(
             like=program,
             progress=progress,
             again=with_what,
+            nominal_alone=nominal_alone,
         )
 
     return rebuilt

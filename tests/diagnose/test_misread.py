@@ -24,6 +24,7 @@ from fitting.diagnose.fit.misread import (
 )
 from fitting.diagnose.settings import DEFAULT
 from fitting.inference.parallel import RUNS
+from fitting.inference.readings import readings_of
 
 TUBE = Path(__file__).parents[2] / "calibration_data" / "examples" / "tube"
 
@@ -34,8 +35,9 @@ def asked():
     campaign = read_campaign(TUBE)
     like = Program.of(campaign, "tube", slugs=[])
 
-    def build(recordings) -> Program:
-        return Program.of(dataclasses.replace(campaign, recordings=list(recordings)), "tube", [], like=like)
+    def build(recordings, nominal=False) -> Program:
+        changed = dataclasses.replace(campaign, recordings=list(recordings))
+        return Program.of(changed, "tube", [], like=like, nominal_alone=nominal)
 
     def asked(changed, unexplained=False) -> Misread | None:
         program, fit = base_fit(build([changed(k, r) for k, r in enumerate(campaign.recordings)]))
@@ -49,16 +51,29 @@ def test_a_trial_of_a_slip_runs_the_nominal_model_once():
     campaign, built = read_campaign(TUBE), []
     like = Program.of(campaign, "tube", slugs=[])
 
-    def build(recordings) -> Program:
-        made = Program.of(dataclasses.replace(campaign, recordings=list(recordings)), "tube", [], like=like)
+    def build(recordings, nominal=False) -> Program:
+        changed = dataclasses.replace(campaign, recordings=list(recordings))
+        made = Program.of(changed, "tube", [], like=like, nominal_alone=nominal)
         built.append((made, made.tally[RUNS]))
         return made
 
     errors = misread._nominal_errors(like, "pressure_kPa", 10.0, build)
     ((made, runs),) = built
-    assert made.tally[RUNS] == runs > 0
-    again = made.evaluate(made.unknowns.neutral, made.unknowns.base[:0])
-    np.testing.assert_array_equal(errors, misread._errors(made, again))
+    assert made.tally[RUNS] == runs == 1
+    whole = build([scaled(recording, "pressure_kPa", 10.0) for recording in like.recordings])
+    again = whole.evaluate(whole.unknowns.neutral, whole.unknowns.base[:0])
+    np.testing.assert_array_equal(errors, misread._errors(whole, again))
+
+
+def test_readings_of_other_columns_are_those_of_the_recording_before_it_was_scaled():
+    """They are told once, and not by every trial. The scaled column's own ones are told anew."""
+    recording = read_campaign(TUBE).recordings[0]
+    known = readings_of(recording, "length")
+    for one in (scaled(recording, "pressure_kPa", 10.0), scaled(recording, "pressure_kPa", -1.0)):
+        assert readings_of(one, "length") is known
+        alone = dataclasses.replace(one, columns=dict(one.columns))
+        np.testing.assert_array_equal(readings_of(alone, "length").counted, known.counted)
+    assert readings_of(scaled(recording, "length_mm", 10.0), "length") is not known
 
 
 def test_nothing_is_asked_of_a_model_that_fits(asked):
@@ -143,11 +158,12 @@ def asked_of_wires(column, factor, count=2):
     campaign = read_campaign(TUBE.parent / "wire")
     recordings = [scaled(recording, column, factor) for recording in campaign.recordings[:count]]
 
-    def build(recordings, like=None) -> Program:
-        return Program.of(dataclasses.replace(campaign, recordings=list(recordings)), "wire", [], like=like)
+    def build(recordings, nominal=False, like=None) -> Program:
+        changed = dataclasses.replace(campaign, recordings=list(recordings))
+        return Program.of(changed, "wire", [], like=like, nominal_alone=nominal)
 
     program, fit = base_fit(build(recordings))
-    return misread_in(program, fit, lambda changed: build(changed, program))
+    return misread_in(program, fit, lambda changed, nominal: build(changed, nominal, program))
 
 
 def test_a_wires_stress_that_drives_it_is_asked_about_though_its_transformation_is_unknown():
@@ -333,9 +349,9 @@ def test_exchanged_springs_of_an_actuator_are_found():
     campaign = dataclasses.replace(campaign, recordings=recordings)
     program, fit = base_fit(Program.of(campaign, "actuator", slugs=[]))
 
-    def build(changed) -> Program:
+    def build(changed, nominal) -> Program:
         whole = dataclasses.replace(campaign, recordings=list(changed))
-        return Program.of(whole, "actuator", slugs=[], like=program)
+        return Program.of(whole, "actuator", slugs=[], like=program, nominal_alone=nominal)
 
     found = misread_in(program, fit, build)
     assert found.factor is None and found.after < 0.03

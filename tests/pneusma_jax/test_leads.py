@@ -15,31 +15,39 @@ from pneusma_jax.effects import find_effect
 from pneusma_jax.nitinol.thermal import Heating
 
 OHMS = 0.036
-LEADS = find_effect("series_resistance")(ohms=OHMS)
-TRUE = find_effect("resistance_temperature_coefficient")(alpha_m=8e-4, alpha_a=8e-4)
 
 
-def heated(effects):
+def leads(ohms):
+    """So many ohms beside the wire; without any, one compiled program serves both."""
+    return find_effect("series_resistance")(ohms=ohms)
+
+
+def warmer(per_kelvin):
+    """A resistance of the wire itself that rises with the temperature."""
+    return find_effect("resistance_temperature_coefficient")(alpha_m=per_kelvin, alpha_a=per_kelvin)
+
+
+def heated(ohms, per_kelvin=0.0):
     """PneuSMA1 whose spring gets 0.3 A for a minute."""
-    time = np.arange(0.0, 60.0, 2.0)
+    time, effects = np.arange(0.0, 60.0, 2.0), (leads(ohms), warmer(per_kelvin))
     drives = (Heating(np.full(time.size, 0.3)),)
     return pj.simulate_history(pj.make_actuator("pneusma1"), np.full(time.size, 20e3), drives, time=time, effects=effects)
 
 
 def test_a_current_heats_the_wire_and_not_its_leads():
-    plain, with_leads = heated(()), heated((LEADS,))
+    plain, with_leads = heated(0.0), heated(OHMS)
     np.testing.assert_allclose(with_leads.temperatures[:, 0], plain.temperatures[:, 0], rtol=1e-12)
     shown = with_leads.rows.springs[0].resistance - plain.rows.springs[0].resistance
     np.testing.assert_allclose(shown, OHMS, rtol=1e-6)
     # a resistance of the wire itself is heated
-    assert np.max(np.abs(heated((TRUE,)).temperatures[:, 0] - plain.temperatures[:, 0])) > 0.1
+    assert np.max(np.abs(heated(0.0, 8e-4).temperatures[:, 0] - plain.temperatures[:, 0])) > 0.1
 
 
 def test_a_plant_in_a_loop_is_heated_like_its_history():
     body, last = pj.make_actuator("pneusma2"), []
     step = eqx.filter_jit(Plant.step)
-    for effects in ((), (LEADS,)):
-        plant = Plant(body, effects)
+    for ohms in (0.0, OHMS):
+        plant = Plant(body, (leads(ohms),))
         memory = plant.begin(jnp.asarray(20e3))
         for k in range(5):
             given = (20e3, np.array([0.0, 0.3]), 2.0 * k, 2.0)
@@ -52,8 +60,8 @@ def test_a_plant_in_a_loop_is_heated_like_its_history():
 def test_currents_of_an_inverse_count_the_wire_alone():
     pressure, fractions = np.array([20e3]), np.array([[1.0, 0.3]])
     told = []
-    for effects in ((), (LEADS,)):
-        plan = plan_of("pneusma2", model=AugmentedModel(added=tuple(add_effect(e, "here") for e in effects)))
+    for ohms in (0.0, OHMS):
+        plan = plan_of("pneusma2", model=AugmentedModel(added=(add_effect(leads(ohms), "here"),)))
         body = build_body(plan, {}, plan.materials())
         told.append(electrical(states_of(body, pressure, fractions, fresh(body))))
     (wire, current), (shown, with_leads) = told

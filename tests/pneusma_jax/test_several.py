@@ -34,7 +34,7 @@ def test_several_equilibria_are_those_that_one_row_alone_has(batch):
     *_, true, found = batch
     several_there = np.flatnonzero(np.asarray(found.status) == int(pj.Status.several_equilibria))
     assert 5 <= len(several_there) <= 40
-    for k in several_there[::2]:
+    for k in several_there[::5]:
         own = pj.solve(*row_of(batch, k))
         assert int(own.equilibria) == int(found.equilibria[k]) >= 3
         assert bool(own.stable) == bool(found.stable[k])
@@ -156,7 +156,7 @@ def test_rows_with_a_cold_spring_have_the_equilibria_of_one_row_alone(cold):
     alone = ~several_there
     np.testing.assert_allclose(found.curvature[alone], true.curvature[alone], rtol=0.0, atol=1e-6)
     one_cold = several_there & (np.arange(len(pressure)) % 100 < 90)  # two are a corner, and may hide a pair
-    for k in np.flatnonzero(one_cold)[::6]:
+    for k in np.flatnonzero(one_cold)[::12]:
         own = pj.solve(*row_of((body, pressure, drive), k))
         assert int(own.equilibria) == int(found.equilibria[k])
         np.testing.assert_allclose(found.curvature[k], own.curvature, rtol=0.0, atol=1e-6)

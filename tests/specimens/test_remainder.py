@@ -338,6 +338,6 @@ def test_every_driver_of_a_kind_is_known_in_its_recordings(kind):
     specimen, campaign = specimen_of(kind), synthesise(kind, seed=1, tests=1).campaign
     (row,) = specimen.rows_for(dataclasses.replace(campaign, recordings=campaign.recordings[:1]))
     quantity, wide = specimen.outputs[0], np.array([-1e12, 1e12])
-    for driver in specimen.output_drivers:
-        effect = Unmodelled(wide, np.zeros(2), specimen.element, quantity, driver)
-        assert not np.any(specimen.answer({}, row, (effect,))[0][f"beyond_{quantity}"]), driver
+    effects = tuple(Unmodelled(wide, np.zeros(2), specimen.element, quantity, name) for name in specimen.output_drivers)
+    found = jax.jit(specimen.answer)({}, row, effects)[0]  # a row is marked if any of its drivers is unknown
+    assert not np.any(found[f"beyond_{quantity}"])

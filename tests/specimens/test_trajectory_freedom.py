@@ -1,5 +1,7 @@
 """Degrees of freedom of a spring's trajectory: a reduced chi-square of one where what is left is noise."""
 
+import functools
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -33,15 +35,19 @@ def followed(process_noise, walks):
     truth = 0.5 + np.cumsum(np.sqrt(walks) * rng.standard_normal((WORLDS, COUNT)), axis=1)
     read = np.asarray(SLOPES)[:, None] * truth[:, None] + rng.standard_normal((WORLDS, 2, COUNT))
 
-    def one(readings, begin):
-        measured = dict(zip("ab", readings, strict=True))
-        weight, extra = dict.fromkeys("ab", jnp.ones(COUNT)), {"process_noise": jnp.asarray(process_noise)}
-        rows = Rows(jnp.ones(COUNT, bool), jnp.arange(COUNT) * 1.0, {}, measured, weight, {}, extra, jnp.asarray(1))
-        law = lambda fraction, decided_by: (SLOPES[:, None] * fraction, hottest(fraction), None)  # noqa: E731
-        found = best_course(law, law, begin, "ab", rows)
-        return jnp.sum((found.predicted - readings) ** 2), jnp.sum(found.taken_from_errors)
+    return [np.asarray(x) for x in of_worlds(read, truth, float(process_noise))]
 
-    return [np.asarray(x) for x in jax.jit(jax.vmap(one))(jnp.asarray(read), jnp.asarray(truth))]
+
+@jax.jit
+@functools.partial(jax.vmap, in_axes=(0, 0, None))
+def of_worlds(readings, begin, process_noise):
+    """Chi-square of a recording, and the degrees of freedom that its trajectory took; one program for any walk."""
+    measured = dict(zip("ab", readings, strict=True))
+    weight, extra = dict.fromkeys("ab", jnp.ones(COUNT)), {"process_noise": jnp.asarray(process_noise)}
+    rows = Rows(jnp.ones(COUNT, bool), jnp.arange(COUNT) * 1.0, {}, measured, weight, {}, extra, jnp.asarray(1))
+    law = lambda fraction, decided_by: (SLOPES[:, None] * fraction, hottest(fraction), None)  # noqa: E731
+    found = best_course(law, law, begin, "ab", rows)
+    return jnp.sum((found.predicted - readings) ** 2), jnp.sum(found.taken_from_errors)
 
 
 @pytest.mark.parametrize(("leverage", "process_noise"), [(0.0, 1e-12), (0.5, 4.0 / 3.0 / INFORMATION), (1.0, 1e3)])

@@ -91,6 +91,7 @@ class Program:
         like: "Program | None" = None,
         progress: Callable[[str], None] = lambda _: None,
         again: str = "",
+        nominal_alone: bool = False,
     ) -> "Program":
         """Build a program.
 
@@ -105,6 +106,8 @@ class Program:
             like: program of the same campaign with other rows, whose compiled function is taken over.
             progress: called with the stage that runs, and with what is compiled in it.
             again: with what another program of the campaign is built again, in words; empty for the first.
+            nominal_alone: true if only the nominal base model is asked for, and not what it misses in
+                standard deviations. The noise of inputs is then counted only where hidden states follow it.
 
         Raises:
             InputError: if the recordings cannot be used together, or the model has no answer to any that is
@@ -131,7 +134,8 @@ class Program:
         with building.listening():
             for stage in (program.prepare, program.count_input_noise, program.prepare):
                 building.begins()
-                stage(unknowns.neutral)
+                if program.hidden or not nominal_alone:
+                    stage(unknowns.neutral)
             building.begins()
             program.nominal = nominal = program.evaluate(unknowns.neutral, unknowns.base[:0])
         refuse_no_answer(program.recordings, program.fitted, nominal)

@@ -33,6 +33,9 @@ INSTRUMENTS = DEFAULT.instruments
 SEARCH = DEFAULT.search
 SHARE = DEFAULT.share
 SPRING = re.compile(r"_([12])(?=_|$)")
+Build = Callable[[Sequence[Recording], bool], Program]
+"""Makes a program of the same campaign from recordings with other values. The truth value is
+`nominal_alone` of `Program.of`."""
 """Number of a spring in a canonical column."""
 
 
@@ -105,7 +108,7 @@ class Misread:
 def misread_in(
     program: Program,
     base: Fit,
-    build: Callable[[Sequence[Recording]], Program],
+    build: Build,
     unexplained: bool = False,
 ) -> Misread | None:
     """The slip that explains most of a gross misfit; None where there is none.
@@ -113,7 +116,7 @@ def misread_in(
     Args:
         program: program of a campaign.
         base: its refitted base model.
-        build: makes a program of the same campaign from recordings with other values.
+        build: see `Build`.
         unexplained: true if no effects explain the recordings. Then slips are tried however small the misfit:
             what mainly heats, such as an actuator, hardly shows a pressure that is off by ten.
     """
@@ -159,7 +162,7 @@ def _near(one: tuple[str, float | None], other: tuple[str, float | None]) -> boo
 
 
 def _promising(
-    program: Program, most: float, build: Callable[[Sequence[Recording]], Program]
+    program: Program, most: float, build: Build
 ) -> list[tuple[float, tuple[str, float | None, np.ndarray]]]:
     """Slips with which the nominal base model misses least, and recordings that they help.
 
@@ -211,7 +214,7 @@ def _refitted(
     column: str,
     factor: float | None,
     chosen: np.ndarray,
-    build: Callable[[Sequence[Recording]], Program],
+    build: Build,
 ) -> Misread | None:
     """A column multiplied in chosen recordings, if the base model refitted to that leaves little.
 
@@ -224,7 +227,8 @@ def _refitted(
     """
     pairs = list(zip(program.recordings, chosen, strict=True))
     try:
-        trial, fit = base_fit(build([scaled(r, column, factor) if there else r for r, there in pairs]))
+        changed = [scaled(r, column, factor) if there else r for r, there in pairs]
+        trial, fit = base_fit(build(changed, False))
     except InputError:  # no model for both together
         return None
     after = _errors(trial, fit.evaluation)
@@ -352,7 +356,18 @@ def scaled(recording: Recording, column: str, factor: float | None) -> Recording
     def times(number: float) -> Callable[[Mapping], dict]:
         return lambda table: {name: number * x if name == column else x for name, x in table.items()}
 
-    return _with_tables(recording, times(factor), times(abs(factor)))
+    return _with_known_readings(_with_tables(recording, times(factor), times(abs(factor))), recording, column)
+
+
+def _with_known_readings(made: Recording, recording: Recording, column: str) -> Recording:
+    """A scaled recording that knows which rows of its other columns are readings. These depend on where the
+    scaled column changes, and not on its unit."""
+    own = schema.quantity_and_unit(column)[0]
+    made.memo.update({key: known for key, known in recording.memo.items() if key[1] not in (own, column)})
+    made.full_scale.update({name: level for name, level in recording.full_scale.items() if name != own})
+    if made.reduction is not None and recording.reduction is not None:
+        _with_known_readings(made.reduction.source, recording.reduction.source, column)
+    return made
 
 
 def _with_tables(
@@ -394,15 +409,13 @@ def _possible(program: Program, column: str, factor: float | None) -> bool:
     return True
 
 
-def _nominal_errors(
-    program: Program, column: str, factor: float | None, build: Callable[[Sequence[Recording]], Program]
-) -> np.ndarray:
+def _nominal_errors(program: Program, column: str, factor: float | None, build: Build) -> np.ndarray:
     """Relative errors by recording [1] of the nominal base model with a column multiplied everywhere.
 
     Infinite where the model has no answer.
     """
     try:
-        trial = build([scaled(recording, column, factor) for recording in program.recordings])
+        trial = build([scaled(recording, column, factor) for recording in program.recordings], True)
     except InputError:
         return np.full(len(program.recordings), np.inf)
     return _errors(trial, trial.nominal)
