@@ -27,6 +27,11 @@ def place(recording: Recording) -> str:
 def geometry_of(recording: Recording, model: AugmentedModel = BASE) -> pj.Geometry:
     """Dimensions of a recording's specimen, SI. Dimensions that its kind does not have keep the source's
     value."""
+    return pj.Geometry(**dimensions_of(recording, model))
+
+
+def dimensions_of(recording: Recording, model: AugmentedModel = BASE) -> dict[str, float]:
+    """Dimensions that a recording's specimen has, by their names in `pneusma_jax.Geometry`, SI."""
     values = {}
     for key, value in full_geometry(recording, model).items():
         if key in schema.GEOMETRY_NUMBERS:
@@ -34,7 +39,7 @@ def geometry_of(recording: Recording, model: AugmentedModel = BASE) -> pj.Geomet
             quantity, unit = (key, "1") if plain else schema.quantity_and_unit(key)
             if quantity in GEOMETRY_KEYS:
                 values[quantity] = to_si(value, unit)
-    return pj.Geometry(**values)
+    return values
 
 
 def full_geometry(recording: Recording, model: AugmentedModel = BASE) -> dict[str, Any]:

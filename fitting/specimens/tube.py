@@ -20,7 +20,7 @@ from pneusma_jax.simulate.tube import make_tube
 
 from . import silicones
 from .cautions import silicone_cautions
-from .model_objects import geometry_of
+from .model_objects import dimensions_of
 from .registry import register
 from .rows import Rows, numbers
 from .specimen import EVERY, FITTED, Courses, RowOptions, Specimen
@@ -34,8 +34,8 @@ BENT = ("curvature", "bend_angle")
 
 def sizes_of(recording: Recording) -> dict[str, float]:
     """Dimensions of a recording's tube by name, SI."""
-    geometry = geometry_of(recording)
-    return {name: float(getattr(geometry, name)) for name in GEOMETRY}
+    known = dimensions_of(recording)
+    return {name: float(known[name]) for name in GEOMETRY}
 
 
 class Tube(Specimen):

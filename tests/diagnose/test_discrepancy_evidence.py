@@ -20,7 +20,6 @@ from pneusma_jax.model_discrepancy import unmodelled
 from pneusma_jax.silicone import load_silicone
 from pneusma_jax.simulate.coupon import simulate_coupon
 
-
 FEW = "mullins_softening"
 """The effect of programs that are asked for drivers alone: those of all effects compile longer."""
 
