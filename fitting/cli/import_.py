@@ -6,6 +6,8 @@ import click
 
 from ._common import FINITE
 
+SOME_REFUSED = 1  # exit code
+
 
 @click.command("import", epilog="Formats are recognised by content; `pneusma import --formats` lists them.")
 @click.argument("sources", nargs=-1, type=click.Path(path_type=Path), metavar="SOURCE...")
@@ -115,14 +117,15 @@ def import_command(
     SOURCE is a text file (.lvm, too), an .xlsx, .xlsm or .mat, or a folder of them (.xls and .ods by the
     extra workbooks); each test in a file becomes a recording. What was understood is printed: kind, columns,
     units, ranges, rows dropped and why; lines that begin with "check" are to be looked at. Nothing is
-    written with --preview, nor if any file
-    cannot be used, nor if an option is of use for nothing.
+    written with --preview, nor if a file that you name cannot be used, nor if an option is of use for
+    nothing. Of a folder, a file that cannot be used gets a line of its own and stops none of the others; the
+    exit code is then 1.
     """
     from fitting.data.importers import FORMATS, import_files, left_in_folders, make_options, raw_files
     from fitting.data.importers.preview import describe
     from fitting.data.publish import MARK
     from fitting.data.recordings import write_recordings
-    from pneusma_jax.errors import InputError
+    from pneusma_jax.errors import InputError, counted
 
     if list_formats:
         for known in FORMATS:
@@ -141,11 +144,12 @@ def import_command(
         )
     if out is not None and (out / MARK).exists() and not force:
         raise InputError(f"{out}: results of another command are here, not recordings; choose another folder")
-    files, aside = raw_files(sources)
-    recordings = import_files(files, options)
+    files = raw_files(sources)
+    refused = list(files.refused)
+    recordings = import_files(files.wanted, options, files.optional, refused)
     for recording in recordings:
         click.echo(describe(recording) + "\n")
-    for file in aside:
+    for file in files.aside:
         click.echo(f"left aside: {file} holds no table of numbers")
     for line in left_in_folders(sources):
         click.echo(f"check: left aside: {line}")
@@ -157,6 +161,11 @@ def import_command(
         )
     if preview:
         click.echo("nothing written (--preview)")
-        return
-    for target in write_recordings(recordings, out, force):
-        click.echo(f"wrote {target} and {target.with_suffix('.toml').name}")
+    else:
+        for target in write_recordings(recordings, out, force):
+            click.echo(f"wrote {target} and {target.with_suffix('.toml').name}")
+    for error in refused:
+        click.echo(f"pneusma: {error}", err=True)
+    if refused:
+        click.echo(f"pneusma: {counted(len(refused), 'file')} of the folder not imported", err=True)
+        click.get_current_context().exit(SOME_REFUSED)

@@ -211,3 +211,30 @@ def test_a_date_and_a_time_of_day_in_cells_are_one_clock(put_sheet):
     recording = import_file(put_sheet("a.xlsx", [["Date", "Time", "Strain (-)", "Stress (kPa)"], *rows]))
     np.testing.assert_allclose(recording.columns["time_s"], np.arange(30.0))
     assert any("columns 'Date' and 'Time' are one clock" in note for note in recording.notices)
+
+
+SPLIT = {
+    "minutes and seconds": ("Min,Sec", 5.0, lambda t: f"{t // 60:.0f},{t % 60:.1f}"),
+    "one name": ("Time (min),Time (s)", 5.0, lambda t: f"{t // 60:.0f},{t % 60:.1f}"),
+    "a unit alone": ("Zeit [min],[s]", 5.0, lambda t: f"{t // 60:.0f},{t % 60:.1f}"),
+    "milliseconds": ("Time (s),Time (ms)", 0.25, lambda t: f"{t // 1:.0f},{1e3 * (t % 1):.0f}"),
+    "hours": ("Hours,Minutes,Seconds", 300.0, lambda t: f"{t // 3600:.0f},{t % 3600 // 60:.0f},{t % 60:.1f}"),
+    "letters": ("hh,mm,ss", 300.0, lambda t: f"{t // 3600:.0f},{t % 3600 // 60:.0f},{t % 60:.1f}"),
+    "midnight": ("h,min,s", 300.0, lambda t: f"{(t + 82800) % 86400 // 3600:.0f},{t % 3600 // 60:.0f},{t % 60:.1f}"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", SPLIT)
+def test_a_clock_in_several_columns_is_one(put, name):
+    """One of the columns had been taken for the whole clock, or none."""
+    headings, step, form = SPLIT[name]
+    recording = import_file(coupon(put, [form(step * k) for k in range(30)], headings, ","))
+    np.testing.assert_allclose(np.diff(recording.columns["time_s"]), step)
+    assert any("are one clock" in note for note in recording.notices)
+
+
+def test_two_clocks_that_both_count_the_whole_time_are_not_one(put):
+    times = [f"{4 * k / 60:.4f},{4 * k}" for k in range(30)]
+    recording = import_file(coupon(put, times, "Time (min),Time (s)", ","))
+    np.testing.assert_allclose(recording.columns["time_s"], 4.0 * np.arange(30), atol=0.01)
+    assert not any("are one clock" in note for note in recording.notices)

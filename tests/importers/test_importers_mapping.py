@@ -2,7 +2,9 @@
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 
+from fitting.cli.import_ import import_command
 from fitting.data.importers import import_file, import_files, make_options, raw_files
 from fitting.data.recordings import read_campaign, write_recording
 from pneusma_jax.errors import InputError
@@ -200,10 +202,25 @@ def test_folders_are_searched_for_numbers(put, tmp_path):
     put("bench/a.csv", GOOD)
     put("bench/notes.txt", "prose")
     put("bench/photo.jpg", b"\xff\xd8")
-    wanted, aside = raw_files([tmp_path / "bench"])
-    assert [p.name for p in wanted] == ["a.csv"] and [p.name for p in aside] == ["notes.txt"]
+    files = raw_files([tmp_path / "bench"])
+    assert [p.name for p in files.wanted] == ["a.csv"] and [p.name for p in files.aside] == ["notes.txt"]
     put("empty/notes.txt", "prose")
     assert "no raw file" in refusal(raw_files, [tmp_path / "empty"])
+
+
+def test_of_a_folder_every_good_file_is_taken_and_each_bad_one_has_a_line(put, tmp_path):
+    """It had stopped at the first bad file. Files that are named stay all or none."""
+    for name, text in {"a.csv": GOOD, "empty.csv": "", "b.csv": "Foo,Bar\n1,2\n2,3\n3,5\n", "c.csv": GOOD}.items():
+        put(f"bench/{name}", text)
+    arguments = [str(tmp_path / "bench"), "--specimen", "E", "--out", str(tmp_path / "out")]
+    result = CliRunner().invoke(import_command, arguments)
+    assert result.exit_code == 1 and sorted(p.name for p in (tmp_path / "out").glob("*.csv")) == ["a.csv", "c.csv"]
+    lines = result.stderr.splitlines()
+    assert "/empty.csv: the file is empty" in lines[0] and "/b.csv: no known format" in lines[1]
+    assert lines[2:] == ["pneusma: 2 files of the folder not imported"]
+    put("bad/b.csv", "Foo,Bar\n1,2\n2,3\n3,5\n")
+    assert "b.csv" in refusal(import_files, raw_files([tmp_path / "bad"]).wanted)
+    assert "b.csv" in refusal(import_files, [tmp_path / "bench/a.csv", tmp_path / "bench/b.csv"])
 
 
 def test_columns_that_nobody_takes_are_named(put):

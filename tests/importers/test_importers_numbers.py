@@ -81,6 +81,17 @@ def test_a_number_with_doubtful_marks_is_refused_where_it_is_needed(put):
     assert import_file(put("b.csv", path.read_text().replace("1.003.000;", "8.25;"))).kind == "elastomer"
 
 
+@pytest.mark.parametrize("mark", ["#DIV/0!", "#N/A", "#REF!", "#VALUE!", "#NUM!", "#NAME?", "#WERT!", "NaN", "-", "n/a"])
+def test_what_is_written_as_missing_is_counted_with_its_first_row(put, mark):
+    """Errors of a spreadsheet are to be looked at; they had been blanks without a word."""
+    written = {3: mark, 5: mark}
+    rows = "".join(f"{s - 1.0:.4f},{written.get(k, f'{p:.4f}')}\n" for k, (s, p) in enumerate(zip(STRETCH, STRESS, strict=True)))
+    recording = import_file(put("a.csv", "Strain (-),Stress (kPa)\n" + rows))
+    assert np.flatnonzero(np.isnan(recording.columns["stress_kPa"])).tolist() == [3, 5]
+    told = f"2 fields of column 'Stress (kPa)' are written as missing ({mark!r} in row 5 and 1 more row)"
+    assert ("check: " * mark.startswith("#") + told) in recording.notices
+
+
 @pytest.mark.parametrize("blank", ["N/A", "#N/A", "****", "-", "nan", ""])
 def test_blanks_are_missing_and_an_empty_column_is_passed_over(put, blank):
     rows = "".join(f"{s - 1.0},{blank},{p}\n" for s, p in zip(STRETCH, STRESS, strict=True))

@@ -121,7 +121,7 @@ def test_peaks_and_valleys_are_data_where_all_rows_are(put):
 def test_numbers_below_a_remark_at_the_end_are_asked_about(put):
     path = put("a.csv", text("Strain (%),Stress (kPa)", lines(100 * STRAIN, STRESS), "Tangent, secant", "1.0,450.0"))
     recording = import_file(path)
-    assert any("below 'Tangent' (row 26) were read as measurements (row 27)" in note for note in checks(recording))
+    assert any("below 'Tangent, secant' (row 26) were read as measurements (row 27)" in note for note in checks(recording))
 
 
 @pytest.mark.parametrize("first", ["1;2;3", "0;1;2"])
@@ -144,6 +144,13 @@ def test_rows_of_numbers_with_words_are_said(put, marked):
     recording = import_file(put("a.csv", text("Strain (%),Stress (kPa)", lines(100 * STRAIN, stress))))
     (said,) = [note for note in checks(recording) if "are not numbers and were dropped" in note]
     assert "4 rows" in said and f"{stress[20]!r} (row 22)" in said
+
+
+def test_a_quoted_remark_is_not_cut_at_its_comma(put):
+    body = lines(np.arange(24.0), 100 * STRAIN, STRESS)
+    body.insert(9, '"paused, refilled, went on"')
+    recording = import_file(put("a.csv", text("Time (s),Strain (%),Stress (kPa)", body)))
+    assert any("'paused, refilled, went on' (row 11)" in note for note in recording.notices)
 
 
 @pytest.mark.parametrize("at", [1, 2, (1, 2)])

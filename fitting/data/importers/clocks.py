@@ -122,7 +122,7 @@ def _picked(formats: list[_Format], remedy: str = "") -> Clock | None:
     return Clock(first.seconds, said, remedy)
 
 
-def _continued(seconds: list[float], period: float) -> list[float]:
+def continued(seconds: list[float], period: float) -> list[float]:
     """Readings of a clock that begins anew after a period, such as midnight, counted on.
 
     Where most of them fall, the last one is the first in time.
@@ -158,7 +158,7 @@ def _undated(texts: list[str], heading: str) -> Clock | None:
 
     def made(name: str, seconds: Callable[[list[int]], float], period: float = math.inf) -> _Format:
         values = [d + seconds(row) + f for d, row, f in zip(days, numbers, rest, strict=True)]
-        return _Format(name, _continued(values, period))
+        return _Format(name, continued(values, period))
 
     within = all(number < 61 for row in numbers for number in row[1:])
     within = within and all(len(text) < 3 for row in parts for text in row[1:])

@@ -2,10 +2,11 @@
 
 from collections.abc import Iterable
 from pathlib import Path
+from typing import NamedTuple
 
 from pneusma_jax.errors import InputError, counted
 
-from ..recordings.table import unusable
+from ..recordings.table import first_of, unusable
 from . import other_workbooks
 from .formats import FORMATS
 from .matlab import is_matlab_or_hdf5
@@ -28,37 +29,57 @@ _LISTED = 3
 """Number of files of one kind that a line names."""
 
 
-def raw_files(sources: Iterable[str | Path]) -> tuple[list[Path], list[Path]]:
+class RawFiles(NamedTuple):
+    """Files to import.
+
+    Attributes:
+        wanted: the named files, and those of named folders that hold numbers.
+        aside: files of folders that are no tables, such as notes and licences.
+        optional: those of `wanted` that come from a folder, so that nobody named them.
+        refused: errors of files of folders that cannot be read at all.
+    """
+
+    wanted: list[Path]
+    aside: list[Path]
+    optional: list[Path]
+    refused: list[InputError]
+
+
+def raw_files(sources: Iterable[str | Path]) -> RawFiles:
     """Files to import: the named ones, and those of named folders that hold numbers.
 
-    Returns:
-        The files, and the files of folders that were ignored because they are notes or licences.
-
     Raises:
-        InputError: if a folder holds no raw file.
+        InputError: if a folder holds no raw file, or none that can be read.
     """
-    wanted: list[Path] = []
-    aside: list[Path] = []
+    found = RawFiles([], [], [], [])
     for source in map(Path, sources):
         if not source.is_dir():
-            wanted.append(source)
+            found.wanted.append(source)
             continue
         files = sorted(p for p in source.iterdir() if p.suffix.lower() in RAW_ENDINGS and p.is_file())
-        samples = {path: _samples(path) for path in files}
-        with_numbers = [
-            path
-            for path, tests in samples.items()
+        with_numbers, refused = [], []
+        for path in files:
+            try:
+                tests = _samples(path)
+            except InputError as error:
+                refused.append(error)
+                continue
             if any(
                 test.grid is not None or any(known.recognises(test) for known in FORMATS) for test in tests
-            )
-        ]
+            ):
+                with_numbers.append(path)
+            else:
+                found.aside.append(path)
         if not with_numbers:
+            if refused:
+                raise first_of(refused)
             raise unusable(
                 source, f"there is no raw file ({', '.join(RAW_ENDINGS)}) with numbers in this folder"
             )
-        wanted += with_numbers
-        aside += [path for path in files if path not in with_numbers]
-    return wanted, aside
+        found.wanted.extend(with_numbers)
+        found.optional.extend(with_numbers)
+        found.refused.extend(refused)
+    return found
 
 
 def _samples(path: Path) -> list[Sample]:

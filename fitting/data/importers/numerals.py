@@ -4,7 +4,9 @@ blanks."""
 import math
 import re
 
-_BLANK = re.compile(r"\*+|-+|n\.?/?a\.?|nan|null|none|#n/?a|#n/?v|#value!|#div/0!", re.IGNORECASE)
+_ERROR = re.compile(r"#n/?[av]!?|#[^\W\d_][^\s,;]{1,14}[!?]|#¡[^\s,;]{2,14}!", re.IGNORECASE)
+"""Errors that spreadsheets write in the place of a number: `#DIV/0!`, `#N/A`, `#WERT!`, `#NAME?`."""
+_BLANK = re.compile(rf"\*+|-+|n\.?/?a\.?|nan|null|none|{_ERROR.pattern}", re.IGNORECASE)
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eEdD][+-]?\d+)?")
 # Negative numbers as accountants and some databases write them: `(12.30)`, `12.30-`. A whole number in
 # parentheses, `(1)`, is the number of a column.
@@ -95,3 +97,8 @@ def like_a_number(text: str) -> bool:
 def is_blank(text: str) -> bool:
     """True if a field is written to be blank: `****`, `-`, `NaN`, `N/A`."""
     return bool(_BLANK.fullmatch(text))
+
+
+def is_spreadsheet_error(text: str) -> bool:
+    """True for an error that a spreadsheet writes in the place of a number: `#DIV/0!`, `#N/A`."""
+    return bool(_ERROR.fullmatch(text))

@@ -1,6 +1,6 @@
 """Import of raw files: each becomes the recordings of its tests, all or none."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
@@ -195,26 +195,40 @@ def _refuse_unused(made: list[Made], options: Options) -> None:
             _add_notices(recording, [f"check: not used here: {own.used.why[pair]}"])
 
 
-def import_files(paths: Iterable[str | Path], options: Options | None = None) -> list[Recording]:
+def import_files(
+    paths: Iterable[str | Path],
+    options: Options | None = None,
+    optional: Collection[Path] = (),
+    refused: list[InputError] | None = None,
+) -> list[Recording]:
     """Make the recordings of each file, all or none. Names that would clash are told apart.
 
     With `options.successive` they are one recording, in the order of the files.
 
+    Args:
+        paths: raw files.
+        options: statements of the user; none by default.
+        optional: files without which the others are imported, such as those of a folder.
+        refused: errors of optional files are added to this list.
+
     Raises:
-        InputError: if any file cannot be imported (first one's line and the number of others), or if no file
-            uses an option.
+        InputError: if another file cannot be imported (first one's line and the number of others), if none
+            can, or if no file uses an option.
     """
     options, paths = options or Options(), list(map(Path, paths))
     made: list[Made] = []
     alone = len(paths) == 1
     errors: list[InputError] = []
+    left_out: list[InputError] = []
     for path in paths:
         try:
             made += _tests_of(path, options, alone)
         except InputError as error:
-            errors.append(error)
-    if errors:
-        raise first_of(errors)
+            (left_out if path in optional else errors).append(error)
+    if errors or not made:
+        raise first_of(errors or left_out)
+    if refused is not None:
+        refused += left_out
     _refuse_unused(made, options)
     refuse_unused_rows(options.rows, [(one.sample, one.options.used) for one in made])
     refuse_several_named(options.rows, [one.sample for one in made])

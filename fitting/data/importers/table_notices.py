@@ -21,14 +21,21 @@ NO_NUMBERS = "numbers and"
 """Words of the notice on lines of text below the headings, which quotes some of them."""
 _LISTED = 3
 """Number of left-out rows that a notice shows."""
+_WIDTH = 40
+"""Maximum number of letters of a row that a notice shows."""
 
 
 def _examples(fields: Rows | dict[int, list[str]], rows: list[int]) -> str:
-    """First words of some rows, or their first field, with the number of the row."""
+    """First words of some rows, or their first field, with the number of the row.
+
+    A row without numbers is a remark: its commas may be those of a sentence, so it is shown as a whole.
+    """
     texts = []
     for i in rows[:_LISTED]:
-        words = [t for t in fields[i] if t and not like_a_number(t)] or fields[i]
-        texts.append(f"{words[0][:40]!r} (row {i + 1})")
+        filled = [text for text in fields[i] if text] or fields[i]
+        words = [text for text in filled if not like_a_number(text)]
+        shown = (words or filled)[0] if len(words) < len(filled) else ", ".join(words)
+        texts.append(f"{shown[:_WIDTH]!r} (row {i + 1})")
     return ", ".join(texts) + (", ..." if len(rows) > _LISTED else "")
 
 

@@ -24,7 +24,9 @@ from .marks import drop_marks
 from .names import first_few
 from .numerals import like_a_number
 from .spelling import Heading, dimension, unit_name
+from .split_clocks import take_split_clocks
 from .words import meaning
+from .written_blanks import say_written_blanks
 
 MOST_LISTED = 6
 """Number of fields that a notice lists with their rows."""
@@ -43,8 +45,8 @@ def read_texts(grid: Grid, parsed: list[list[float | None]], decimal: str = ".")
     The order counts. Doubts about grouped thousands come first, since they change what is a number. Which
     headings name a time is asked before any column is taken as a clock, since that renames it. A date and a
     time of day are one clock before either can be one alone. Marks go before clocks that are counted, whose
-    range they would spoil, and these before the last resort, a column that a unit names. Parts of a second
-    need the clock.
+    range they would spoil. Columns that are one clock together go before those, and all before the last
+    resort, a column that a unit names. Parts of a second need the clock.
 
     Args:
         grid: table with its cells as text.
@@ -58,6 +60,8 @@ def read_texts(grid: Grid, parsed: list[list[float | None]], decimal: str = ".")
     _take_day_and_time(grid)
     _read_words(grid, parsed, clockless)
     drop_marks(grid)
+    take_split_clocks(grid)
+    say_written_blanks(grid)
     _take_counted_dates(grid, clockless)
     _continue_counters(grid)
     if clockless and not _has_unit_of_time(grid):
