@@ -164,7 +164,8 @@ def _goes_on(text: str, above: Sequence[float | None], decimal: str, reach: floa
     value, before = to_number(text, decimal), _known(above)
     if value is None or before.size < LEAST_ROWS:
         return False
-    return bool(abs(value - before[-1]) <= reach * np.abs(np.diff(before)).max())
+    with np.errstate(over="ignore"):  # of numbers up to 1e308
+        return bool(abs(value - before[-1]) <= reach * np.abs(np.diff(before)).max())
 
 
 def _known(above: Sequence[float | None]) -> np.ndarray:
@@ -187,7 +188,8 @@ def _first_digits(text: str, above: Sequence[float | None], decimal: str, expone
         return False
     if _goes_on(text, above, ".", FAR):
         return False
-    value, last, step = abs(float(found[0])), before[-1], float(np.abs(np.diff(before)).max())
+    with np.errstate(over="ignore"):
+        value, last, step = abs(float(found[0])), before[-1], float(np.abs(np.diff(before)).max())
     sign = -1.0 if text.startswith("-") else 1.0
     low, high = sorted((sign * (last - NEAR * step), sign * (last + NEAR * step)))
     error = 10.0 ** -len(found[2] or "")

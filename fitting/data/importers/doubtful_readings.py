@@ -9,6 +9,7 @@ import numpy as np
 
 from ..recordings.angle_units import TURN_DEG
 from .making import Channel, Making
+from .running_clock import leap_by_an_hour
 
 LONGEST = 5
 """Minimum number of rows in succession at one largest value, for a limit of the instrument."""
@@ -27,8 +28,6 @@ MIRRORED = 0.2
 """Maximum sum of the values on both sides of a turned sign, as part of the larger one."""
 STEPS = 5.0
 """Minimum change at a turned sign, in median changes from row to row."""
-HOUR_S = 3600.0
-"""Leap of a clock at the begin of daylight saving [s]."""
 WRAPPED_DEG = 60.0
 """Maximum distance from one turn of the leap of an angle that is counted from 0 to 360 degrees, or from -180
 to 180 [deg]."""
@@ -62,8 +61,6 @@ FIRST_OF_RANGE = 1e-3
 """The same, over the range of the drive [1]."""
 FIRST_QUANTA = 3.0
 """The same, over the smallest step of the drive [1]. A coarse sensor at rest steps by one."""
-HOUR_STEPS = 2.0
-"""Maximum distance of a leap from an hour, in median steps of the clock."""
 
 _MINUS = re.compile(r"\s*[-\u2212\u2013]\s?[^\W\d_]")
 
@@ -338,11 +335,9 @@ def _falls_to_rest(name: str, values: np.ndarray, leap: int) -> bool:
 
 def _question_hour(time: np.ndarray, rows: np.ndarray, making: Making) -> None:
     """Ask about a time of day that leaps by an hour, as where daylight saving begins."""
-    steps = np.diff(time)
-    usual = float(np.median(steps)) if steps.size else 0.0
-    leaps = np.flatnonzero(np.abs(steps - usual - HOUR_S) <= HOUR_STEPS * usual)
-    if 0.0 < usual < HOUR_S / 60.0 and leaps.size == 1:
+    leap = leap_by_an_hour(time)
+    if leap is not None and time[leap + 1] > time[leap]:
         making.warn(
-            f"the clock leaps by an hour at row {rows[leaps[0] + 1]}: was it a pause, or did daylight saving"
+            f"the clock leaps by an hour at row {rows[leap + 1]}: was it a pause, or did daylight saving"
             " begin? Then take an hour off the times from there"
         )

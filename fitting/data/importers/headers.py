@@ -179,6 +179,7 @@ def header_above(fields: Rows, start: int, named: int, floor: int) -> Header:
         place = place if all(_is_about_columns(fields[i]) for i in above[:place]) else 0
     top, below = above[place], above[:place]
     names = _uncommented(fields[top], named + _is_counted(fields[start:], fields[top]))
+    names = _with_words_above(names, fields, top, floor)
     few = len(names) < max(named, 2) or any(t and like_a_number(t) for t in names)
     if names_quantities(names) < 2 and few:
         return Header([], start)
@@ -187,6 +188,21 @@ def header_above(fields: Rows, start: int, named: int, floor: int) -> Header:
     pairs = itertools.zip_longest(names, units, fillvalue="")
     joined = [_with_unit(name, unit.strip("()[]")) for name, unit in pairs]
     return Header(joined, top, [i for i in reversed(below) if i != row or numbered(fields[i])])
+
+
+def _with_words_above(names: list[str], fields: Rows, top: int, floor: int) -> list[str]:
+    """Headings in which a unit alone, or nothing, has the quantity above it, as beside merged cells."""
+    row = next((i for i in range(top - 1, max(floor, top - 2) - 1, -1) if fields[i]), None)
+    if row is None or names_quantities(fields[row]) == 0:
+        return names
+    joined = list(names)
+    for column, (own, above) in enumerate(zip(names, fields[row], strict=False)):
+        if not above or not _is_unit(own) or meaning_of(own) is not None:
+            continue
+        whole = f"{above} ({own.strip('()[]')})" if own else above
+        if meaning_of(whole) is not None:
+            joined[column] = whole
+    return joined
 
 
 def _names_all(row: list[str], named: int) -> bool:

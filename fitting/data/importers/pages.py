@@ -67,7 +67,8 @@ def joined_pages(grids: Sequence[Grid], named: Sequence[bool]) -> list[Grid]:
             found[-1] = both
             starts[-1].append(min(grid.rows))
         else:
-            said = _other_headings(found[-1], grid) or _without_clock(found[-1], grid) if found else ""
+            asked = (_other_headings, _without_clock, _perhaps_paused)
+            said = next((text for ask in asked if found and (text := ask(found[-1], grid))), "")
             if said and not other:
                 grid = replace(grid, notices=[*grid.notices, said])
             found.append(grid)
@@ -102,6 +103,56 @@ def _one_test(above: Grid, below: Grid) -> Grid | None:
     return None
 
 
+def _perhaps_paused(above: Grid, below: Grid) -> str:
+    """Question about a table in whose first row a column that moved goes on after a pause; or none."""
+    pause = _pause(above, below)
+    if pause is None:
+        return ""
+    goes_on, moved = _columns_go_on(above, below), _columns_moved(above)
+    names = [repr(above.headings[c].text) for c in _measured(above) if goes_on[c] and moved[c]]
+    if not names:
+        return ""
+    return (
+        f"check: {' and '.join(names)} goes on from the table above to row {min(below.rows)}, and the clock"
+        f" {pause:g} later: read as a test of its own, which begins at rest. If both are one test, delete the"
+        " headings between them"
+    )
+
+
+def _pause(above: Grid, below: Grid) -> float | None:
+    """Time from the last row of a table to the first of one with the same headings, by its clock; None where
+    it is not later, or there is no clock."""
+    column = clock_column(above)
+    texts = [[heading.text for heading in grid.headings] for grid in (above, below)]
+    if column is None or texts[0] != texts[1] or above.values.shape[1] != below.values.shape[1]:
+        return None
+    if len(above.values) < 2 or not len(below.values):
+        return None
+    pause = float(_moved(below, above, column)[0] - above.values[-1, column])
+    return pause if pause > 0.0 else None
+
+
+def _columns_go_on(above: Grid, below: Grid) -> np.ndarray:
+    """True for columns that go on from the last row of the table above, and for the clock."""
+    steps = np.nanmedian(np.abs(np.diff(above.values, axis=0)), axis=0)
+    goes_on = np.abs(below.values[0] - above.values[-1]) <= MOST_STEPS * steps
+    column = clock_column(above)
+    if column is not None:
+        goes_on[column] = True
+    return goes_on
+
+
+def _measured(grid: Grid) -> list[int]:
+    """Columns beside the clock."""
+    return [column for column in range(grid.values.shape[1]) if column != clock_column(grid)]
+
+
+def _columns_moved(above: Grid) -> np.ndarray:
+    """True for columns that do not end where they began."""
+    reach = np.nanmax(above.values, axis=0) - np.nanmin(above.values, axis=0)
+    return np.abs(above.values[-1] - above.values[0]) > MOVED * reach
+
+
 def _other_headings(above: Grid, below: Grid) -> str:
     """Question about a table whose clock goes on from the one above, under headings that differ; or none."""
     columns = clock_column(above), clock_column(below)
@@ -129,11 +180,7 @@ def _without_clock(above: Grid, below: Grid) -> str:
         return ""
     if above.values.shape[1] != below.values.shape[1] or len(above.values) < 2 or not len(below.values):
         return ""
-    steps = np.nanmedian(np.abs(np.diff(above.values, axis=0)), axis=0)
-    reach = np.nanmax(above.values, axis=0) - np.nanmin(above.values, axis=0)
-    goes_on = np.abs(below.values[0] - above.values[-1]) <= MOST_STEPS * steps
-    moved = np.abs(above.values[-1] - above.values[0]) > MOVED * reach
-    if not (goes_on.all() and moved.any()):
+    if not (_columns_go_on(above, below).all() and _columns_moved(above).any()):
         return ""
     return (
         f"check: every column goes on from the table above to row {min(below.rows)}, and there is no clock:"

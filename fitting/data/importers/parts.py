@@ -21,7 +21,7 @@ from .sizes import Sizes, beside, filled_cells, is_amount, sizes_in, sizes_in_a_
 from .spelling import dimension, narrow, plain
 from .splits import split
 from .tables import find_grids
-from .unit_cells import with_displayed_units, without_units
+from .unit_cells import with_displayed_units, without_prefixes_of_numbers, without_units
 from .unit_columns import with_units_of_rows
 from .words import SPECIMEN_WORDS
 
@@ -32,6 +32,11 @@ _LABEL = re.compile(
     re.IGNORECASE,
 )
 
+_GOES_ON = re.compile(
+    r"(?:paused?|resumed?|continue[sd]?|interrupted|stopped|restarted|fortgesetzt|unterbrochen|angehalten)\b",
+    re.IGNORECASE,
+)
+"""Words behind `Test` that name no specimen: the one above goes on."""
 _SENSOR = re.compile(
     r"\b(?:pt ?-?1000?|ntc|ptc|thermocouple|thermoelement|thermistor|type [bejknrst]|[bejknrst]-type)\b",
     re.IGNORECASE,
@@ -178,11 +183,12 @@ def _tests_on(raw: RawFile, page: Page) -> list[Sample]:
     table, labels = as_table(page)
     shown, displayed = with_displayed_units(table)
     plain_page, units = without_units(shown)
+    plain_page, prefixes = without_prefixes_of_numbers(plain_page)
     named = [with_numbered_headings(grid) for grid in find_grids(plain_page)]
     found = [with_stated_units(with_units_of_rows(grid)) for grid in named]
     grids = [oldest_first(grid) for grid in with_listed_units(found)]
     for grid in grids:
-        grid.notices += [*labels, *displayed, *units]
+        grid.notices += [*labels, *displayed, *units, *prefixes]
     grids = joined_pages(grids, [states_a_specimen(grid, _label(grid)) for grid in grids])
     texts = [[[h.text for h in grid.headings], *grid.cells] for grid in grids]
     tables = [
@@ -256,7 +262,7 @@ def _label(grid: Grid) -> str:
     for row in reversed(grid.preamble):
         cells = [cell.strip().strip('"') for cell in row if cell.strip().strip('"')]
         found = _LABEL.match(" ".join(cells)) if cells and len(cells) <= 3 else None
-        if found:
+        if found and not _GOES_ON.match(found["label"]):
             return found["label"] if len(cells) > 1 else cells[0]
     return ""
 

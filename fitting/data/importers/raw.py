@@ -208,7 +208,7 @@ def split_line(line: str, delimiter: str) -> list[str]:
     machines quote a whole line, with doubled quotes inside; such a line is unpacked first.
     """
     if delimiter == " ":
-        return line.split()
+        return _split_at_spaces(line)
     fields = next(csv.reader([line], delimiter=delimiter, skipinitialspace=True), [])
     if len(fields) == 1 and line.startswith('"') and delimiter in fields[0]:
         fields = next(csv.reader([fields[0]], delimiter=delimiter, skipinitialspace=True), [])
@@ -216,6 +216,16 @@ def split_line(line: str, delimiter: str) -> list[str]:
     while fields and not fields[-1]:
         fields.pop()
     return fields
+
+
+_QUOTED_WORDS = re.compile(r'\s*(?:"[^"]*"|[^\s"]+)(?:\s+(?:"[^"]*"|[^\s"]+))*\s*')
+
+
+def _split_at_spaces(line: str) -> list[str]:
+    """Fields between spaces; a field in quotation marks may hold some: `"Time (s)" "Stress (kPa)"`."""
+    if '"' not in line or not _QUOTED_WORDS.fullmatch(line):
+        return line.split()
+    return [quoted.strip() or bare for quoted, bare in re.findall(r'"([^"]*)"|([^\s"]+)', line)]
 
 
 def _cell_text(cell: Any, displays: dict[tuple[int, int], Display]) -> str:

@@ -16,6 +16,10 @@ LOGGED_CLOCK = "clock_as_logged"
 """Column to which a clock that goes back is renamed, so that nothing uses it."""
 DEFAULT_INTERVAL_S = 1.0
 """Seconds between rows that a recording without a clock is given, where one is needed and none is stated."""
+HOUR_S = 3600.0
+"""Leap of a clock at the begin or the end of daylight saving [s]."""
+HOUR_STEPS = 2.0
+"""Maximum distance of a leap from an hour, in median steps of the clock."""
 
 
 def with_clock(
@@ -54,7 +58,7 @@ def with_clock(
         raise unusable(
             making.place, f"the clock goes back from {time[back[0]]:g} to {time[back[0] + 1]:g} s; cut the"
             " file there, and import the pieces, or keep the first one:"
-            f" {making.keep_rows(1, int(rows[back[0]]))}",
+            f" {making.keep_rows(1, int(rows[back[0]]))}{_saving_ended(time, rows)}",
             int(rows[back[0] + 1]), "time",
         )  # fmt: skip
     if back.size:
@@ -62,6 +66,7 @@ def with_clock(
         making.warn(
             f"the clock goes back {counted(back.size, 'time')} (row {where}). It is kept as"
             f" {LOGGED_CLOCK}, which nothing uses. The order of rows is taken as the order of time"
+            f"{_saving_ended(time, rows)}"
         )
         others = {name: values for name, values in columns.items() if name != "time_s"}
         making.notices[:] = [
@@ -70,6 +75,27 @@ def with_clock(
         ]
         return {**others, LOGGED_CLOCK: time}
     return {**columns, "time_s": _spread_ticks(time, notices)}
+
+
+def leap_by_an_hour(time: np.ndarray) -> int | None:
+    """The row before the one leap of a clock by an hour, forth or back; None where it has none, or several.
+
+    Args:
+        time: clock of rows much less than an hour apart [s], shape (rows,).
+    """
+    steps = np.diff(time)
+    usual = float(np.median(steps)) if steps.size else 0.0
+    leaps = np.flatnonzero(np.abs(np.abs(steps - usual) - HOUR_S) <= HOUR_STEPS * usual)
+    return int(leaps[0]) if 0.0 < usual < HOUR_S / 60.0 and leaps.size == 1 else None
+
+
+def _saving_ended(time: np.ndarray, rows: np.ndarray) -> str:
+    """Question whether daylight saving ended where a clock goes back by an hour; empty elsewhere."""
+    leap = leap_by_an_hour(time)
+    if leap is None or time[leap + 1] > time[leap]:
+        return ""
+    row = rows[leap + 1]
+    return f". It is an hour: did daylight saving end? Then add an hour to the times from row {row}"
 
 
 def _spread_ticks(time: np.ndarray, notices: list[str]) -> np.ndarray:

@@ -20,6 +20,7 @@ _LABELLED = re.compile(
     r"\s*(?P<label>[^\W\d][^:=,;|\t]*?)\s*[:=]\s*(?P<number>[+-]?\d*\.?\d+(?:[eE][+-]?\d+)?)"
     r"(?:\s*(?P<unit>[^\s\d,;|:=.+-][^\s,;|:=]*)(?=[\s,;|]|$)(?!\s*[:=]))?\s*(?:[,;|]\s*|\s+|$)"
 )
+_CLOCKS_SAID = "a clock stands before every line, in brackets or before an arrow: taken as a column"
 Field = tuple[str, str, str]
 
 
@@ -31,16 +32,30 @@ def as_table(page: Page) -> tuple[Page, list[str]]:
     """
     if page.is_sheet:
         return page, []
-    page, said = _without_clocks(page)
-    table, labels = _without_labels(page)
-    return table, [*said, *labels]
-
-
-def _without_clocks(page: Page) -> tuple[Page, list[str]]:
     found = [_BEFORE.fullmatch(line) for line in page.lines]
     rests = [one["rest"] for one in found if one]
     if len(rests) < LEAST_ROWS or 2 * len(rests) <= sum(bool(line.strip()) for line in page.lines):
-        return page, []
+        return _without_labels(page, {})
+    bare = replace(page, lines=[one["rest"] if one else page.lines[k] for k, one in enumerate(found)])
+    clocks = {k: one["arrow"] or one["brackets"] for k, one in enumerate(found) if one}
+    table, labels = _without_labels(bare, clocks)
+    if labels:
+        return table, [_CLOCKS_SAID, *labels]
+    page, said = _without_clocks(page, found, rests)
+    table, labels = _without_labels(page, {})
+    return table, [*said, *labels]
+
+
+def _without_clocks(
+    page: Page, found: list[re.Match[str] | None], rests: list[str]
+) -> tuple[Page, list[str]]:
+    """A page on which the clock before its lines is a column.
+
+    Args:
+        page: the page.
+        found: clock and rest of each line, None where it has no clock.
+        rests: rests of the lines that have one.
+    """
     marks = Counter(mark for rest in rests for mark in ("\t", ";", ",") if mark in rest)
     mark = marks.most_common(1)[0][0] if marks else " "
     width = Counter(len(split_line(rest, mark)) for rest in rests).most_common(1)[0][0]
@@ -52,11 +67,16 @@ def _without_clocks(page: Page) -> tuple[Page, list[str]]:
         elif one:
             clock = one["arrow"] or one["brackets"]
             lines[k] = f"{clock.replace(',', '.') if mark == ',' else clock}{mark}{one['rest']}"
-    said = "a clock stands before every line, in brackets or before an arrow: taken as a column"
-    return replace(page, lines=lines), [said]
+    return replace(page, lines=lines), [_CLOCKS_SAID]
 
 
-def _without_labels(page: Page) -> tuple[Page, list[str]]:
+def _without_labels(page: Page, clocks: dict[int, str]) -> tuple[Page, list[str]]:
+    """A page on which the labels before its numbers are headings.
+
+    Args:
+        page: the page.
+        clocks: clock that stood before a line, by line; a column, where every line of numbers has one.
+    """
     labelled = ((k, line) for k, line in enumerate(page.lines) if ":" in line or "=" in line)
     fields = {k: row for k, line in labelled if (row := [*_fields(line)])}
     kinds = Counter(tuple((label, unit) for label, _, unit in row) for row in fields.values())
@@ -70,6 +90,10 @@ def _without_labels(page: Page) -> tuple[Page, list[str]]:
     for k in chosen:
         rows[k] = [number for _, number, _ in fields[k]]
     header = [f"{label} ({unit})" if unit else label for label, unit in most]
+    if clocks:
+        header = [LOGGED, *header]
+        for k in chosen:
+            rows[k] = [clocks.get(k, ""), *rows[k]]
     rows.insert(chosen[0], header)
     labels = [label for label, _ in most]
     others = [k + 1 for k in sorted({*fields} - {*chosen}) if [label for label, *_ in fields[k]] == labels]

@@ -96,6 +96,8 @@ _DIVIDED = re.compile(
     r"^(?P<name>.+[^\s,;:/])\s+(?P<unit>[^\W\d]\w*/\S+|(?<=curvature )1/\S+|(?<=krümmung )1/\S+)$",
     re.IGNORECASE,
 )
+# A name that its channel repeats: `Position(Linear:Position) (mm)`.
+_OF_CHANNEL = re.compile(r"^([^\W\d_]{2,20}) ?\([^():]{1,30}: ?\1\)", re.IGNORECASE)
 # Marks as wide as Chinese and Japanese letters.
 _WIDE = str.maketrans("（）［］｛｝【】〔〕／，：；＝％", "()[]{}[][]/,:;=%")
 # Words of statistics that are units of time, too: `Load min (N)`, `Load std (N)`.
@@ -207,6 +209,7 @@ def narrow(text: str) -> str:
 def parse_heading(text: str) -> Heading:
     """Split `Load (N)`, `Strain [-]`, `Force / kN`, `Strain %`, `Load, N`, `force_mN` into name and unit."""
     plainly = re.sub(r"\s{2,}", " ", narrow(text))  # the patterns below take long over a run of spaces
+    plainly = _OF_CHANNEL.sub(r"\1", plainly)
     if plainly != text:
         return replace(parse_heading(plainly), text=text)
     nested = _NESTED.search(text)

@@ -10,6 +10,7 @@ from pneusma_jax.units import UNITS
 from .no_table import headers_of
 from .number_formats import times
 from .numerals import CellNumber
+from .prefixed_numbers import may_have_prefixes, said, without_prefixes
 from .raw import Page
 from .separators import LEAST_ROWS
 from .spelling import is_unit, parse_heading, same_unit, unit_name
@@ -38,6 +39,32 @@ def without_units(page: Page) -> tuple[Page, list[str]]:
         units = {c: _unit_of([row[c] for row in body], text) for c, text in enumerate(header)}
         if any(units.values()):
             return _stripped(page, fields, at, {c: unit for c, unit in units.items() if unit})
+    return page, []
+
+
+def without_prefixes_of_numbers(page: Page) -> tuple[Page, list[str]]:
+    """A page whose numbers with a prefix and no unit (`1.2k`, `3R32`) are plain numbers.
+
+    Returns:
+        The page, unchanged where there is no such column, and notices.
+    """
+    if not may_have_prefixes(page):
+        return page, []
+    for fields, at in headers_of(page):
+        header = fields[at]
+        below = [i for i in range(at + 1, len(fields)) if len(fields[i]) == len(header)]
+        rows, notices = [list(row) for row in fields], []
+        for column, text in enumerate(header):
+            texts = [fields[i][column] for i in below]
+            commas = any(re.fullmatch(r"[+-]?\d+,\d+[^\d\s]?", field) for field in texts)
+            plain = without_prefixes(texts, text, "," if commas else ".")
+            if plain is None:
+                continue
+            for i, field in zip(below, plain, strict=True):
+                rows[i][column] = field
+            notices.append(said(text, texts, plain, [i + 1 for i in below]))
+        if notices:
+            return replace(page, lines=[], rows=rows), notices
     return page, []
 
 
@@ -148,5 +175,5 @@ def _stripped(page: Page, fields: list[list[str]], at: int, units: dict[int, str
             found = _parts(row[column]) if column < len(row) else None
             if found:
                 row[column] = found["number"].strip()
-    said = ", ".join(f"{header[column]!r} in {unit}" for column, unit in units.items())
-    return replace(page, lines=[], rows=rows), [f"fields are numbers with their unit: {said}"]
+    stated = ", ".join(f"{header[column]!r} in {unit}" for column, unit in units.items())
+    return replace(page, lines=[], rows=rows), [f"fields are numbers with their unit: {stated}"]
