@@ -2,6 +2,7 @@
 
 import json
 import re
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from study_texts import PLAIN
 from fitting.cli import main
 from fitting.propagate.distributions import Gaussian
 from fitting.report.figures import axis_label, unit_of
+from fitting.report.propagate.figures import indices_along
 
 SMALL = "[sampling]\nrows = 200\n"
 LIMIT = "[[limit]]\non = 'y'\nabove = {}\n"
@@ -53,6 +55,24 @@ def test_the_output_that_costs_rows_is_named_and_what_is_left_is_said(tmp_path):
     assert "A study that leaves out root counts it for the others." in said
     without, _ = run(tmp_path / "y", PLAIN + "[sampling]\nrows = 4000\n")
     assert "no result" not in without and "with a result" not in without
+
+
+@pytest.mark.parametrize("count", [1, 4, 6])
+def test_indices_with_wide_intervals_have_a_panel_each(count):
+    """Bands of few rows had lain over each other, and beyond the shares that are possible."""
+    value = np.outer(np.linspace(0.8, 0.05, count), np.ones(11))
+    value, half = value + 0.1 * np.sin(np.arange(11)), np.full(value.shape, 0.6)
+    driver = SimpleNamespace(values=np.linspace(0.0, 50.0, 11), name="pressure_kPa")
+    columns = SimpleNamespace(of=lambda name: slice(0, 11), driver=driver)
+    sums = SimpleNamespace(kind="sobol", estimates=lambda: {"total": (value, half)})
+    problem = SimpleNamespace(columns=columns, index_columns=range(11), groups=[f"g{k}" for k in range(count)])
+    figure = indices_along(SimpleNamespace(problem=problem, summary=SimpleNamespace(indices=sums)), "y")
+    drawn = [axes for axes in figure.axes if axes.collections]
+    assert [axes.get_title() for axes in drawn] == [f"g{k}" for k in range(count)]
+    for k, axes in enumerate(drawn):
+        assert len(axes.collections) == 1 and 0.0 == axes.get_ylim()[0] < axes.get_ylim()[1] <= 1.05
+        told = np.isfinite(axes.lines[1].get_ydata())
+        np.testing.assert_array_equal(told, value[k] > 0.6)  # elsewhere the interval holds 0
 
 
 @pytest.mark.parametrize(("of", "told", "more"), [("", 4, 1), ("of = ['five', 'y']\n", 2, 0)])

@@ -29,9 +29,13 @@ from .numbers import exceedances, shown_column, too_few
 FAILED_ROWS = (
     "Where in the inputs rows have no result; level lines are inputs that do not matter for it."
 )
+ALONG = (
+    "Bands are 95 % intervals, cut at the frame where they leave 0 to 1, as no true share does; the course is"
+    " dotted where its interval holds 0."
+)
 MOST_BANDS = 6
 MOST_COURSES = 6
-"""Maximum number of inputs or groups whose indices are drawn along the driver: so many colours differ."""
+"""Maximum number of inputs or groups whose indices are drawn along the driver, a panel each."""
 MOST_UNEVEN = 4
 """Maximum number of inputs in the figure of rows without a result."""
 MOST_BARS = 15
@@ -79,7 +83,7 @@ def _of_indices(result: Propagation) -> list[Picture]:
         found.append(Picture(f"tornado_{_file(name)}", caption, partial(tornado, result, name)))
         if columns.along(name):
             largest = _largest(MOST_COURSES, len(result.problem.groups), "inputs or groups")
-            caption = f"What {name} depends on, along the driver; bands are 95 % intervals.{largest}"
+            caption = f"What {name} depends on, along the driver. {ALONG}{largest}"
             found.append(Picture(f"indices_{_file(name)}", caption, partial(indices_along, result, name)))
     return found
 
@@ -184,7 +188,11 @@ def tornado(result: Propagation, name: str) -> Figure:
 
 
 def indices_along(result: Propagation, name: str) -> Figure:
-    """Figure of total indices or Shapley effects along the driver, of the most important groups."""
+    """Figure of total indices or Shapley effects along the driver, a panel for each important group.
+
+    Intervals of few rows are wide, so each has a panel of its own. Shares lie between 0 and 1, and so does
+    the frame: an interval that leaves it says nothing more. A course is dotted where its interval holds 0.
+    """
     problem, sums = result.problem, result.summary.indices
     part, driver = problem.columns.of(name), problem.columns.driver
     first = list(problem.index_columns).index(part.start)
@@ -192,18 +200,28 @@ def indices_along(result: Propagation, name: str) -> Figure:
     value, half = (x[:, first : first + len(driver.values)] for x in sums.estimates()[kind])
     groups = [literal(group) for group in problem.groups]
     order = np.argsort(-np.nan_to_num(value, nan=0.0).max(axis=1))[:MOST_COURSES]
-    colours = (BLUE, ORANGE, VERMILION, SKY, BLACK, GREY)
+    top = np.nanmax(np.nan_to_num(value + half, nan=0.0)[order])
+    top = float(np.clip(top, np.nanmax([*value[order].flat, 0.01]), 1.0))
+    columns = 2 if len(order) == 4 else min(3, len(order))
+    rows = -(-len(order) // columns)
     with style():
-        figure = Figure(figsize=(6.8, 4.4), layout="constrained")
-        axes = figure.subplots()
-        for k, colour in zip(order, colours, strict=False):
-            axes.plot(driver.values, value[k], color=colour, label=groups[k])
-            axes.fill_between(
-                driver.values, value[k] - half[k], value[k] + half[k], color=colour, alpha=0.15, linewidth=0
-            )
-        words = "total Sobol index [1]" if kind == "total" else "Shapley effect [1]"
-        axes.set(xlabel=axis_label(driver.name), ylabel=words, xlim=driver.values[[0, -1]])
-        legend_above(axes, 3)
+        figure = Figure(figsize=(6.8, 1.0 + 1.9 * rows), layout="constrained")
+        panels = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
+        for axes, k in zip(panels.flat, order, strict=False):
+            low, high = value[k] - half[k], value[k] + half[k]
+            axes.fill_between(driver.values, low, high, color=SKY, alpha=0.4, linewidth=0)
+            told = np.where(low > 0.0, value[k], np.nan)
+            axes.plot(driver.values, value[k], color=BLUE, linestyle=":", linewidth=1.4)
+            axes.plot(driver.values, told, color=BLUE)
+            axes.set_title(groups[k], fontsize=9)
+            axes.set(xlim=driver.values[[0, -1]], ylim=(0.0, 1.04 * top))
+        for axes in panels.flat[len(order) :]:
+            axes.axis("off")
+        for k in range(columns):  # below the lowest panel that is drawn in each column
+            lowest = panels[(len(order) - 1 - k) // columns, k]
+            lowest.tick_params(labelbottom=True)
+            lowest.set_xlabel(axis_label(driver.name), fontsize=9)
+        figure.supylabel("total Sobol index [1]" if kind == "total" else "Shapley effect [1]", fontsize=10)
     return figure
 
 
