@@ -144,12 +144,13 @@ def import_command(
         )
     if out is not None and (out / MARK).exists() and not force:
         raise InputError(f"{out}: results of another command are here, not recordings; choose another folder")
-    files = raw_files(sources)
-    refused = list(files.refused)
-    recordings = import_files(files.wanted, options, files.optional, refused)
+    refused: list[InputError] = []
+    files, aside = raw_files(sources, refused)
+    from_folders = [file for file in files if file not in sources]
+    recordings = import_files(files, options, from_folders, refused)
     for recording in recordings:
         click.echo(describe(recording) + "\n")
-    for file in files.aside:
+    for file in aside:
         click.echo(f"left aside: {file} holds no table of numbers")
     for line in left_in_folders(sources):
         click.echo(f"check: left aside: {line}")

@@ -202,8 +202,8 @@ def test_folders_are_searched_for_numbers(put, tmp_path):
     put("bench/a.csv", GOOD)
     put("bench/notes.txt", "prose")
     put("bench/photo.jpg", b"\xff\xd8")
-    files = raw_files([tmp_path / "bench"])
-    assert [p.name for p in files.wanted] == ["a.csv"] and [p.name for p in files.aside] == ["notes.txt"]
+    wanted, aside = raw_files([tmp_path / "bench"])
+    assert [p.name for p in wanted] == ["a.csv"] and [p.name for p in aside] == ["notes.txt"]
     put("empty/notes.txt", "prose")
     assert "no raw file" in refusal(raw_files, [tmp_path / "empty"])
 
@@ -219,7 +219,7 @@ def test_of_a_folder_every_good_file_is_taken_and_each_bad_one_has_a_line(put, t
     assert "/empty.csv: the file is empty" in lines[0] and "/b.csv: no known format" in lines[1]
     assert lines[2:] == ["pneusma: 2 files of the folder not imported"]
     put("bad/b.csv", "Foo,Bar\n1,2\n2,3\n3,5\n")
-    assert "b.csv" in refusal(import_files, raw_files([tmp_path / "bad"]).wanted)
+    assert "b.csv" in refusal(import_files, raw_files([tmp_path / "bad"])[0])
     assert "b.csv" in refusal(import_files, [tmp_path / "bench/a.csv", tmp_path / "bench/b.csv"])
 
 

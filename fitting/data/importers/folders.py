@@ -2,7 +2,6 @@
 
 from collections.abc import Iterable
 from pathlib import Path
-from typing import NamedTuple
 
 from pneusma_jax.errors import InputError, counted
 
@@ -29,57 +28,55 @@ _LISTED = 3
 """Number of files of one kind that a line names."""
 
 
-class RawFiles(NamedTuple):
-    """Files to import.
-
-    Attributes:
-        wanted: the named files, and those of named folders that hold numbers.
-        aside: files of folders that are no tables, such as notes and licences.
-        optional: those of `wanted` that come from a folder, so that nobody named them.
-        refused: errors of files of folders that cannot be read at all.
-    """
-
-    wanted: list[Path]
-    aside: list[Path]
-    optional: list[Path]
-    refused: list[InputError]
-
-
-def raw_files(sources: Iterable[str | Path]) -> RawFiles:
+def raw_files(
+    sources: Iterable[str | Path], refused: list[InputError] | None = None
+) -> tuple[list[Path], list[Path]]:
     """Files to import: the named ones, and those of named folders that hold numbers.
 
+    Args:
+        sources: files and folders.
+        refused: errors of files of a folder that cannot be read are added to this list. Without it the first
+            one is raised.
+
+    Returns:
+        The files, and the files of folders that were ignored because they are notes or licences.
+
     Raises:
-        InputError: if a folder holds no raw file, or none that can be read.
+        InputError: if a folder holds no raw file that can be read, and without `refused` if it holds one that
+            cannot.
     """
-    found = RawFiles([], [], [], [])
+    wanted: list[Path] = []
+    aside: list[Path] = []
     for source in map(Path, sources):
         if not source.is_dir():
-            found.wanted.append(source)
+            wanted.append(source)
             continue
         files = sorted(p for p in source.iterdir() if p.suffix.lower() in RAW_ENDINGS and p.is_file())
-        with_numbers, refused = [], []
+        samples: dict[Path, list[Sample]] = {}
+        errors: list[InputError] = []
         for path in files:
             try:
-                tests = _samples(path)
+                samples[path] = _samples(path)
             except InputError as error:
-                refused.append(error)
-                continue
+                errors.append(error)
+        with_numbers = [
+            path
+            for path, tests in samples.items()
             if any(
                 test.grid is not None or any(known.recognises(test) for known in FORMATS) for test in tests
-            ):
-                with_numbers.append(path)
-            else:
-                found.aside.append(path)
+            )
+        ]
+        if errors and (refused is None or not with_numbers):
+            raise first_of(errors)
         if not with_numbers:
-            if refused:
-                raise first_of(refused)
             raise unusable(
                 source, f"there is no raw file ({', '.join(RAW_ENDINGS)}) with numbers in this folder"
             )
-        found.wanted.extend(with_numbers)
-        found.optional.extend(with_numbers)
-        found.refused.extend(refused)
-    return found
+        if refused is not None:
+            refused += errors
+        wanted += with_numbers
+        aside += [path for path in samples if path not in with_numbers]
+    return wanted, aside
 
 
 def _samples(path: Path) -> list[Sample]:
