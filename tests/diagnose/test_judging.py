@@ -22,7 +22,12 @@ from fitting.diagnose.verdict.assess import Assessment
 from fitting.diagnose.verdict.conclude import _left_over, conclude
 from fitting.diagnose.verdict.discrepancy_evidence import DiscrepancyEvidence
 from fitting.diagnose.verdict.locate import _region, sized
-from fitting.diagnose.verdict.probabilities import Found, effects_found, none_likelier_than_acting, probabilities
+from fitting.diagnose.verdict.probabilities import (
+    Found,
+    effects_found,
+    none_likelier_than_acting,
+    probabilities,
+)
 from fitting.diagnose.verdict.separating import SEPARATE_OF, separating
 from fitting.diagnose.verdict.text import verdict_sentences
 from fitting.diagnose.verdict.unexplained import (
