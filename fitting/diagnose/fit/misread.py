@@ -33,10 +33,10 @@ INSTRUMENTS = DEFAULT.instruments
 SEARCH = DEFAULT.search
 SHARE = DEFAULT.share
 SPRING = re.compile(r"_([12])(?=_|$)")
+"""Number of a spring in a canonical column."""
 Build = Callable[[Sequence[Recording], bool], Program]
 """Makes a program of the same campaign from recordings with other values. The truth value is
 `nominal_alone` of `Program.of`."""
-"""Number of a spring in a canonical column."""
 
 
 @dataclass(frozen=True)
