@@ -2,7 +2,7 @@
 sample."""
 
 import functools
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -150,7 +150,33 @@ def unstated_noise(values: np.ndarray, white: float) -> tuple[float, float]:
         Standard deviation and correlation, see `correlation_by_lags`.
     """
     correlation = correlation_by_lags(values)
-    return white * float(np.sqrt(6.0 / (6.0 - 8.0 * correlation + 2.0 * correlation**2))), correlation
+    return first_order_noise(white, correlation), correlation
+
+
+def unstated_noise_of_several(pieces: Sequence[np.ndarray], white: Sequence[float]) -> float:
+    """Standard deviation of one channel that was read several times and states no noise.
+
+    Few samples tell a correlation badly, so all pieces tell one together; see `unstated_noise`.
+
+    Args:
+        pieces: samples of each recording in their order, five or more each.
+        white: standard deviation of each under the assumption of white noise.
+    """
+    weights = [len(piece) for piece in pieces]
+    squares = np.average([lagged_squares(piece) for piece in pieces], axis=0, weights=weights)
+    correlation = correlation_of(squares) if sum(weights) >= FEW else 0.0
+    size = float(np.sqrt(np.average(np.square(white), weights=weights)))
+    return first_order_noise(size, correlation if correlation > CORRELATED else 0.0)
+
+
+def first_order_noise(white: float, correlation: float) -> float:
+    """Standard deviation of first-order noise whose second differences are those of white noise.
+
+    Args:
+        white: standard deviation of the white noise.
+        correlation: correlation of neighbouring errors.
+    """
+    return white * float(np.sqrt(6.0 / (6.0 - 8.0 * correlation + 2.0 * correlation**2)))
 
 
 def block_noise(sigma: float, correlation: float, block: int) -> tuple[float, float]:

@@ -12,11 +12,14 @@ import equinox as eqx
 import numpy as np
 
 from fitting.data.recordings import Recording
-from fitting.inference.channels import unstated_noise
-from fitting.inference.noise import FEW, robust_noise
+from fitting.inference.channels import unstated_noise_of_several
+from fitting.inference.noise import robust_noise
 from fitting.specimens import Rows
 from fitting.specimens.reduction import chosen_readings, reduced
 from fitting.specimens.rows import MOST_ROWS
+
+FEWEST = 12
+"""Minimum number of rows of a recording that tell a noise."""
 
 
 def with_noise_of_residuals(
@@ -24,32 +27,47 @@ def with_noise_of_residuals(
 ) -> list[Rows]:
     """Recordings whose unstated noise is at least what the residuals of a model tell.
 
+    All fitted recordings of an output tell one noise: they were read by one instrument.
+
     Args:
         recordings: recordings as they were read, or reduced.
         rows: the same as arrays.
         predicted: outputs of the model in every recording, SI, (rows,) each, NaN without an answer.
     """
-    return [_told(*parts) for parts in zip(recordings, rows, predicted, strict=True)]
+    told: dict[str, list[tuple[np.ndarray, float]]] = {}
+    for recording, one, found in zip(recordings, rows, predicted, strict=True):
+        if recording.role == "fit" and chosen_readings(reduced(recording, MOST_ROWS)) is None:
+            for name in _silent(recording, one, found):
+                if residuals := _residuals(one, name, found[name]):
+                    told.setdefault(name, []).append(residuals)
+    sizes = {name: unstated_noise_of_several(*zip(*each, strict=True)) for name, each in told.items()}
+    return [
+        _with_at_least(one, {n: sizes[n] for n in _silent(recording, one, found) if n in sizes})
+        for recording, one, found in zip(recordings, rows, predicted, strict=True)
+    ]
 
 
-def _told(recording: Recording, rows: Rows, predicted: Mapping[str, np.ndarray]) -> Rows:
-    """One recording with the noise that its residuals tell.
+def _silent(recording: Recording, rows: Rows, predicted: Mapping[str, np.ndarray]) -> list[str]:
+    """Outputs of a recording that the model predicts and whose noise nobody states."""
+    return [n for n in rows.weight if n in predicted and recording.has(n) and not recording.noise_si(n)]
 
-    Rows that were chosen among more lie apart, so that slow misfit would pass for scatter. They tell nothing.
+
+def _residuals(rows: Rows, name: str, predicted: np.ndarray) -> tuple[np.ndarray, float] | None:
+    """Residuals of an output that count, and the size of their white noise, SI; None where there are few.
+
+    Rows that were chosen among more lie apart, and slow misfit would pass for scatter. So they are not asked.
     """
-    weights = {name: np.asarray(weight) for name, weight in rows.weight.items()}
-    apart = chosen_readings(reduced(recording, MOST_ROWS)) is not None
-    silent = [n for n in weights if n in predicted and recording.has(n) and not recording.noise_si(n)]
-    for name in silent:
-        there = (weights[name] > 0.0) & np.isfinite(predicted[name])
-        residuals = np.asarray(rows.measured[name])[there] - np.asarray(predicted[name])[there]
-        noise = 0.0 if apart else _noise_of(np.asarray(rows.time)[there], residuals)
-        weights[name] = np.minimum(weights[name], 1.0 / noise) if noise > 0.0 else weights[name]
-    return eqx.tree_at(lambda r: r.weight, rows, weights) if silent else rows
+    there = (np.asarray(rows.weight[name]) > 0.0) & np.isfinite(predicted)
+    if there.sum() < FEWEST:
+        return None
+    residuals = np.asarray(rows.measured[name])[there] - np.asarray(predicted)[there]
+    return residuals, robust_noise(np.asarray(rows.time)[there], residuals)
 
 
-def _noise_of(time: np.ndarray, residuals: np.ndarray) -> float:
-    """Standard deviation of a row, SI; 0 where too few rows tell it."""
-    if len(residuals) < FEW:
-        return 0.0
-    return unstated_noise(residuals, robust_noise(time, residuals))[0]
+def _with_at_least(rows: Rows, sizes: Mapping[str, float]) -> Rows:
+    """One recording with at least these standard deviations of its outputs, SI; itself where none counts."""
+    sizes = {name: size for name, size in sizes.items() if size > 0.0}
+    if not sizes:
+        return rows
+    least = {name: np.minimum(np.asarray(rows.weight[name]), 1.0 / size) for name, size in sizes.items()}
+    return eqx.tree_at(lambda r: r.weight, rows, {**rows.weight, **least})

@@ -65,6 +65,24 @@ def _not_fitted(result: GeneralCharacterisation) -> list[str]:
         "The numbers are only the nearest fit, not constants of nature. "
         f"{_counted(result.fit.inflation, result.lasting)} "
         f"{ask(result.campaign.path, result.model)} looks for {why}.",
+        *_guessed_noise(result),
+    ]
+
+
+def _guessed_noise(result: GeneralCharacterisation) -> list[str]:
+    """Sentences on outputs of fitted recordings whose noise nobody states: a misfit may be lasting noise."""
+    fitted = {recording.name: recording for recording in result.fit.recordings if recording.role == "fit"}
+    silent = dict.fromkeys(
+        score.column
+        for score in result.scores
+        if score.name in fitted and score.column not in fitted[score.name].noise
+    )
+    if not silent:
+        return []
+    return [
+        f"Nobody states the noise of {joined(list(silent))}, so it was told by fast scatter. Errors that "
+        "last over many rows look like misfit then, and a diagnosis may take them for noise. State the "
+        "noise, under [noise]."
     ]
 
 

@@ -1,0 +1,57 @@
+"""Noise that nobody states: a diagnosis and a characterisation of one model judge it alike."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fitting.calibrate.general.noise import with_noise_of_residuals
+from fitting.data.recordings import read_campaign
+from fitting.diagnose.evaluate.inputs import input_noise
+from fitting.inference.readings import noise_found, noise_of
+from fitting.specimens import TUBE, stack
+
+EXAMPLE = Path(__file__).parents[2] / "calibration_data" / "examples" / "tube"
+
+
+def silent(*kept):
+    """The example's inflations, which state the noise of some columns only."""
+    campaign = read_campaign(EXAMPLE)
+    recordings = [replace(r, noise={n: s for n, s in r.noise.items() if n in kept}) for r in campaign.recordings]
+    return replace(campaign, recordings=recordings)
+
+
+def test_noise_of_a_pressure_counts_for_a_tube_though_nobody_states_it():
+    """Nulls had a reduced chi-square of 5 in `characterise`, and were consistent in a diagnosis."""
+    campaign = silent()
+    rows = TUBE.rows_for(campaign)
+    for recording, one in zip(campaign.recordings, rows, strict=True):
+        sigma = 1.0 / np.asarray(one.weight["length"])
+        assert sigma.min() > noise_found(recording, "length") and sigma.max() > 1.12 * noise_found(recording, "length")
+    found = input_noise(list(campaign.recordings), stack(rows))["pressure"]  # as a diagnosis counts it
+    assert found[: len(rows)] == pytest.approx([noise_of(r, "pressure") for r in campaign.recordings])
+
+
+@pytest.mark.parametrize("correlation", [0.0, 0.7])
+def test_residuals_tell_noise_that_readings_do_not(correlation):
+    """Errors that last over rows are told by what a model leaves, and slow misfit is not taken for them."""
+    campaign, rng = silent(), np.random.default_rng(3)
+    rows, predicted = TUBE.rows_for(campaign), []
+    for one in rows:
+        error = rng.standard_normal(len(one.time))
+        for k in range(1, len(error)):
+            error[k] = correlation * error[k - 1] + np.sqrt(1.0 - correlation**2) * error[k]
+        slow = 5e-3 * np.sin(np.linspace(0.0, 4.0, len(error)))
+        predicted.append({"length": one.measured["length"] - 1e-3 * error - slow})
+    told = with_noise_of_residuals(campaign.recordings, rows, predicted)
+    sizes = [float(np.median(1.0 / one.weight["length"])) for one in told]
+    assert min(sizes) == pytest.approx(1e-3, rel=0.3)
+
+
+def test_a_stated_noise_is_not_told_anew():
+    campaign = silent("length_mm")
+    rows = TUBE.rows_for(campaign)
+    predicted = [{"length": one.measured["length"] + 1e-2} for one in rows]
+    told = with_noise_of_residuals(campaign.recordings, rows, predicted)
+    assert all(one is other for one, other in zip(told, rows, strict=True))
