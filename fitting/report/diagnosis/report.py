@@ -27,7 +27,7 @@ CAPTIONS = {
     "recordings": "Recordings and the base model, refitted within its tolerances{found}. Residuals "
     "(measured less model) in standard deviations of the noise; shaded: within two{place}.",
     "probabilities": "How likely each candidate is the strongest explanation, by the evidence. The verdict "
-    "tells how likely an effect acts at all, so its probabilities may differ.",
+    "tells how likely an effect acts at all, so its probabilities may be larger.",
 }
 
 SPIKES = (
