@@ -10,9 +10,11 @@ from effect_programs import AREA, GAUGE, PROTOCOLS, ROWS, TIME, UP_AND_DOWN, see
 from scipy.optimize import brentq
 
 import pneusma_jax as pj
+from pneusma_jax.effects import find_effect
 from pneusma_jax.effects.phases import REGIONS
 from pneusma_jax.effects.sensors import ahead
 from pneusma_jax.effects.wall import StrainStiffening, ViscoelasticRelaxation
+from pneusma_jax.pipeline import Known
 
 UP = slice(0, 16)  # the first rise of UP_AND_DOWN
 DOWN = slice(17, 30)
@@ -175,6 +177,15 @@ def test_a_temperature_coefficient_follows_the_reversible_curve(alloy):
     warm = float(alloy.T_mid) + float(alloy.T_width) * np.log((1.0 - xi0) / xi0)
     wanted = 1.0 + (1.0 - xi0) * 1e-3 * (warm - 22.0)
     np.testing.assert_allclose(ratio(found, without("S", xi0=xi0)["resistance"]), wanted, rtol=1e-9)
+
+
+def test_a_recorded_temperature_counts_where_there_is_one(alloy):
+    """Of two recordings one has a thermometer. The other's wire is as warm as its fraction says."""
+    effect = find_effect("resistance_temperature_coefficient")(alpha_m=1e-3, alpha_a=1e-3)
+    known = lambda degrees: Known({"temperature": jnp.asarray(degrees), "spring": specimen("S")})  # noqa: E731
+    recorded, none = (float(effect._factor(known(x), (0.0, 1.0), jnp.asarray(0.5))) for x in (41.0, np.nan))
+    assert recorded == pytest.approx(1.019, abs=1e-12)
+    assert none == pytest.approx(1.0 + 1e-3 * (float(alloy.T_mid) - 22.0), abs=1e-12)
 
 
 def test_held_variants_keep_the_resistance_of_their_strain(alloy):

@@ -1,5 +1,7 @@
 """What the rule of the residual strain decides: by what can be told, not by noise."""
 
+from pathlib import Path
+
 import equinox as eqx
 import jax
 import jax.numpy as jnp
@@ -8,7 +10,8 @@ import pytest
 
 import pneusma_jax as pj
 from fitting.calibrate.spring.stand_tests import _phases, _Reading
-from fitting.specimens import spring_rows, spring_trajectory
+from fitting.data.recordings import Campaign, Recording
+from fitting.specimens import spring, spring_rows, spring_trajectory
 from fitting.specimens.spring_law import Law
 from fitting.synthesise import synthesise
 from pneusma_jax.nitinol import Spring, SpringGeometry, SpringState
@@ -164,3 +167,27 @@ def test_a_test_that_is_held_cold_may_hold_a_little_austenite():
         np.testing.assert_allclose(found(austenite), austenite, rtol=2e-3, atol=1e-12)
     np.testing.assert_allclose(found(0.0, 0.9), spring_trajectory.NEARLY_COLD, rtol=1e-9)
     assert not found(0.0, 1.1).any()  # more than a cold wire can resist is no austenite
+
+
+def test_effects_on_a_spring_are_told_its_recorded_temperature(monkeypatch):
+    """It had been used by `simulate` alone, so that a diagnosis read another temperature from the fraction."""
+    columns = {"time_s": np.arange(6.0), "elongation_mm": np.arange(6.0), "force_N": np.ones(6), "resistance_ohm": np.full(6, 3.7)}
+    degrees = np.array([20.0, 22.0, np.nan, 26.0, 28.0, 30.0])
+    tests = [
+        Recording(name, None, "spring", specimen="S", geometry={"alloy": "krl35"}, columns=columns | more)
+        for name, more in (("warm", {"temperature_degC": degrees}), ("plain", {}))
+    ]
+
+    def simulated(*_, temperature, **__):
+        raise InterruptedError(temperature)
+
+    monkeypatch.setattr(spring.pj, "simulate_spring", simulated)
+    told = []
+    for rows in spring_rows.rows_for(Campaign("", tests, Path())):
+        with pytest.raises(InterruptedError) as given:
+            spring.with_effects({}, rows, ())
+        told.append(given.value.args[0])
+    np.testing.assert_allclose(told[0], [20.0, 22.0, 24.0, 26.0, 28.0, 30.0])
+    assert np.isnan(told[1]).all()
+    (alone,) = spring_rows.rows_for(Campaign("", tests[1:], Path()))
+    assert spring_rows.RECORDED_TEMPERATURE not in alone.extra
