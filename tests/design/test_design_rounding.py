@@ -8,7 +8,6 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-import pneusma_jax as pj
 from fitting.design import read_study, run_study
 from fitting.design.bodies import plan_of
 from fitting.design.discrete import Step, blocked_steps, coarsest_first, made_from, near, places_of
@@ -119,25 +118,6 @@ def test_the_coarsest_parameter_is_fixed_first_and_at_values_that_can_be_made():
     np.testing.assert_allclose(near(space, 1, 0.4), [0.0, 0.5])
     np.testing.assert_allclose(near(space, 1, 0.5 + 1e-12), [0.5])
     np.testing.assert_allclose(near(space, 0, 2.0), [1.0])
-
-
-def test_limits_are_those_of_the_design_that_can_be_made(small):
-    """The wall is continuous and at its end; one coil more would break the limit of the length."""
-    result, _ = small
-    conditions = result.limits.conditions
-    assert result.made.evaluation is not result.ideal.evaluation
-    held = np.array([f.discrete for f in result.model.space.free])
-    assert not conditions.low[held].any() and not conditions.high[held].any()
-    assert [result.model.space.free[step.parameter].name for step in result.limits.blocked] == [
-        "active_coils"
-    ]
-    step = result.limits.blocked[0]
-    assert step.up and [result.model.rows[row - 1].constraint for row in step.rows] == [0]
-    more = pj.make_actuator("pneusma2", **result.made.parameters | {"active_coils": 51.0})
-    state = pj.solve(more, 30e3, (pj.MartensiteFraction(1.0), pj.MartensiteFraction(0.3)))
-    assert result.made.parameters["active_coils"] == 50.0 and float(state.length) > 58.3e-3
-    said = re.sub(r"\s+", " ", text(result))
-    assert "It is limited by constraint 'length' and the lower end of wall_thickness" in said
 
 
 @pytest.mark.slow

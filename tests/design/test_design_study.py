@@ -75,6 +75,25 @@ def test_the_table_it_leaves_has_the_state_it_promises(small, tmp_path):
     assert float(found.length) <= 58.3e-3 * (1.0 + 1e-5)
 
 
+def test_limits_are_those_of_the_design_that_can_be_made(small):
+    """The wall is continuous and at its end; one coil more would break the limit of the length."""
+    result, _ = small
+    conditions = result.limits.conditions
+    assert result.made.evaluation is not result.ideal.evaluation
+    held = np.array([f.discrete for f in result.model.space.free])
+    assert not conditions.low[held].any() and not conditions.high[held].any()
+    assert [result.model.space.free[step.parameter].name for step in result.limits.blocked] == [
+        "active_coils"
+    ]
+    step = result.limits.blocked[0]
+    assert step.up and [result.model.rows[row - 1].constraint for row in step.rows] == [0]
+    more = pj.make_actuator("pneusma2", **result.made.parameters | {"active_coils": 51.0})
+    state = pj.solve(more, 30e3, (pj.MartensiteFraction(1.0), pj.MartensiteFraction(0.3)))
+    assert result.made.parameters["active_coils"] == 50.0 and float(state.length) > 58.3e-3
+    said = re.sub(r"\s+", " ", text(result))
+    assert "It is limited by constraint 'length' and the lower end of wall_thickness" in said
+
+
 def test_the_report_says_what_limits_the_design(small):
     result, _ = small
     said = re.sub(r"\s+", " ", text(result))

@@ -6,17 +6,14 @@ import numpy as np
 import pytest
 from linear_world import CONSTANT, DELAY, fast
 
-from fitting.diagnose.fit.evidence import evidence
 from fitting.diagnose.fit.prediction import Loss
-from fitting.diagnose.fit.refit import Refitter, absent
+from fitting.diagnose.fit.refit import Refitter
 from fitting.diagnose.search.explain import explain
 from fitting.diagnose.search.steps import Explanation
-from fitting.diagnose.verdict import text
 from fitting.diagnose.verdict.accept import accepted, contradicts
 from fitting.diagnose.verdict.assess import assess
 from fitting.diagnose.verdict.held_out import Scores
 from fitting.diagnose.verdict.misfit_text import went
-from fitting.diagnose.verdict.text import verdict_sentences
 
 
 @pytest.mark.parametrize(("before", "after", "said"), [
@@ -30,31 +27,6 @@ from fitting.diagnose.verdict.text import verdict_sentences
 ])  # fmt: skip
 def test_what_became_of_a_misfit_is_said_from_its_numbers(before, after, said):
     assert went(before, after) == said
-
-
-@pytest.mark.parametrize("how", ["validation", "left out in turn", "within-recording"])
-@pytest.mark.parametrize(("after", "word"), [(5.5, "rises"), (1.0, "falls"), (4.0, "stays")])
-def test_the_verdict_says_the_same_of_every_kind_of_held_out_data(soft, how, after, word):
-    scores = [dataclasses.replace(soft.before, how=how, reduced_chi2=x) for x in (4.0, after)]
-    said = " ".join(verdict_sentences(dataclasses.replace(soft, before=scores[0], after=scores[1])))
-    assert f" {word} " in said
-    assert not [other for other in ("rises", "falls", "stays") if other != word and f" {other} " in said]
-
-
-@pytest.mark.parametrize(("after", "excused"), [(4.4, True), (4.001, False), (1.0, False)])
-def test_only_a_rise_that_is_shown_is_excused(soft, after, excused):
-    scores = [dataclasses.replace(soft.before, reduced_chi2=x) for x in (4.0, after)]
-    said = " ".join(verdict_sentences(dataclasses.replace(soft, before=scores[0], after=scores[1])))
-    assert ("no more than chance" in said) is excused
-
-
-def test_a_large_rise_is_excused_by_parts_of_recordings_alone(soft):
-    """A name that holds between what was recorded, and fails beyond it."""
-    scores = [dataclasses.replace(soft.before, reduced_chi2=x) for x in (4.0, 40.0)]
-    alone, named = soft.explanation.left_out
-    assert alone > named
-    said = " ".join(verdict_sentences(dataclasses.replace(soft, before=scores[0], after=scores[1])))
-    assert "no more than chance" not in said and "it predicts better between what was recorded, and worse beyond it" in said
 
 
 def explained(validation):
@@ -173,28 +145,3 @@ def test_validation_in_which_an_effect_hardly_acts_doubts_its_name_only_beyond_c
     explanation, said = accepted(in_other_recordings(found, world.program(y)), Scores())
     assert explanation.final.slugs == (DELAY,) and not said
     assert (assess(explanation, Scores()).unknown > 0.5) == (first == "unmodelled")
-
-
-def test_an_effect_at_its_neutral_value_has_no_evidence_whatever_its_fit_gains(soft, monkeypatch):
-    explanation = soft.explanation
-    program, base, fit = explanation.program, explanation.base, explanation.final
-    (slug,) = fit.slugs
-    assert evidence(program, base, fit, 1.0) > 100.0 and not absent(program.unknowns, fit, slug)
-    u = fit.u.copy()
-    own = program.unknowns.of([slug])
-    u[own] = program.unknowns.neutral[own]
-    nothing = dataclasses.replace(fit, u=u)  # the base's constants, and what they explain, as they are
-    assert absent(program.unknowns, nothing, slug)
-    assert evidence(program, base, nothing, 1.0) <= 0.0
-
-
-def test_the_base_is_named_where_it_is_another_than_the_published_one(soft, null):
-    from fitting.diagnose.evaluate.start import Start
-
-    for conclusion, sentence in ((soft, "leaves out mullins_softening"), (null, "agree with the base model")):
-        assert "(" not in text.base_named(conclusion)
-        own = dataclasses.replace(conclusion, start=Start("a law fitted to these recordings: Gent"))
-        first = verdict_sentences(own)[0]
-        assert "base model (a law fitted to these recordings: Gent)" in first
-        assert sentence in verdict_sentences(conclusion)[0]
-    assert np.isfinite(soft.before.reduced_chi2)
