@@ -87,8 +87,7 @@ def test_four_commands_give_one_state(slug, horizontal):
 
 def test_effects_feel_the_gravity_that_weighs_the_actuator(horizontal):
     """A direction that the design's table states is that of the effect, too; one of a recording comes before it."""
-    whole = model_with({"gravity"})
-    model = AugmentedModel(added=tuple(one for one in whole.added if one.slug == "gravity"))  # one of all compiles longer
+    model = model_with({"gravity"})
     stated = {"design": horizontal, "orientation": "horizontal"}
     aside = actuator_state(described_actuator(None, stated), PRESSURE, {"xi0_2": XI0}, model).found
     np.testing.assert_array_equal(simulated(horizontal, model), numbers(aside))
