@@ -7,31 +7,32 @@ import pytest
 from fitting.data.recordings import read_campaign
 from fitting.diagnose.evaluate.building import DIAGNOSIS, STAGES, Building
 from fitting.diagnose.evaluate.program import Program
-from fitting.specimens.registry import candidates
 from pneusma_jax import program_cache
 from pneusma_jax.program_cache import COMPILING, LOADING, TRACING, _tell
 
-TUBES = Path(__file__).parents[2] / "calibration_data" / "examples" / "tube"
+COUPONS = Path(__file__).parents[2] / "calibration_data" / "examples" / "elastomer"
+FEW = ["load_train_compliance"]
+"""Stages are the same with all effects, whose program compiles longer."""
 
 
 def test_all_stages_are_told_in_their_order():
-    said, few = [], candidates("tube")[:2]  # stages are the same with all effects
-    program = Program.of(read_campaign(TUBES), "tube", few, progress=said.append)
+    said = []
+    program = Program.of(read_campaign(COUPONS), "elastomer", FEW, progress=said.append)
     begun = [text for text in said if text.endswith(STAGES)]
     assert [text.partition(":")[0] for text in begun] == [
         f"building the model, stage {k + 1} of {len(STAGES)}" for k in range(len(STAGES))
     ]
     assert not program_cache._listeners
     again = []
-    Program.of(read_campaign(TUBES), "tube", few, like=program, progress=again.append)  # whose program is ready
+    Program.of(read_campaign(COUPONS), "elastomer", FEW, like=program, progress=again.append)  # whose program is ready
     assert len(again) == len(STAGES)
 
 
 def test_a_campaign_of_the_same_shapes_compiles_nothing():
     """A check in the root of a load train called back into Python, which kept every program from being stored."""
-    campaign, few, said = read_campaign(TUBES.parent / "elastomer"), ["load_train_compliance"], []
-    first = Program.of(campaign, "elastomer", few)
-    Program.of(campaign, "elastomer", few, progress=said.append)
+    campaign, said = read_campaign(COUPONS), []
+    first = Program.of(campaign, "elastomer", FEW)
+    Program.of(campaign, "elastomer", FEW, progress=said.append)
     assert first and said and all(text.endswith(STAGES) for text in said)  # this process has the program while it has the first
 
 
