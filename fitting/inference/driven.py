@@ -36,3 +36,16 @@ def measured(recording: Recording) -> list[str]:
     and so are constant or piecewise linear."""
     read = [n for n in recording.known_columns if schema.quantity_and_unit(n)[0].startswith("resistance")]
     return list(dict.fromkeys([*predicted(recording), *read]))
+
+
+def driver_and_output(recording: Recording) -> tuple[str, str] | None:
+    """Quantities of a wire of which the steadier one drives the model, and the other one is predicted.
+
+    None where a kind has no such pair, or the recording lacks one of them.
+    """
+    either = schema.KINDS[recording.kind].either
+    if not either or not all(name in recording.columns for name in either):
+        return None
+    (output,) = predicted(recording)
+    driver = either[0] if output == either[1] else either[1]
+    return schema.quantity_and_unit(driver)[0], schema.quantity_and_unit(output)[0]

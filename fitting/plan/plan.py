@@ -1,7 +1,7 @@
 """The plan of the first campaign on a spring of a new alloy, from expected information."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -22,7 +22,7 @@ from .candidates import HELD, LEG_ROWS, Candidate, candidates, courses, publishe
 from .choose import WANTED, choose, covariances, expected_sd
 from .information import information
 from .knowledge import CONSTANTS, NOT_SEEN, Knowledge, knowledge_of
-from .rates import choose_rates, minutes
+from .rates import HEATING_S, cooling_seconds, heating_seconds, minutes, rates_of
 
 DRAWS = 8
 MOST_REPEATS = 3
@@ -41,6 +41,7 @@ class PlannedTest:
         gain: information about the wanted constants from all repeats [nats].
         rate: rate of pulling, in spring strain [1/s].
         role: `fit` or `validation`.
+        heating_s: duration of heating and cooling at constant length, in a test that does so [s].
     """
 
     candidate: Candidate
@@ -48,11 +49,12 @@ class PlannedTest:
     gain: float
     rate: float
     role: str = "fit"
+    heating_s: float = HEATING_S
 
     @property
     def minutes(self) -> float:
         """Time of one repeat with its set-up [min]."""
-        return minutes(self.candidate, self.rate)
+        return minutes(self.candidate, self.rate, self.heating_s)
 
     @property
     def sampling_s(self) -> float:
@@ -95,6 +97,8 @@ class Plan(Result):
         noise: standard deviations of force [N] and resistance [ohm].
         misfit: assumed relative error of the law [1].
         tellers: tests that determine each constant best on their own, best first, by constant.
+        cooling_s: time in which the fully heated wire cools in still air [s].
+        lost: positions of held resistances of the tests that even their slow rate loses, see `Rates`.
     """
 
     knowledge: Knowledge
@@ -111,6 +115,8 @@ class Plan(Result):
     noise: tuple[float, float]
     misfit: float
     tellers: dict[str, tuple["Teller", ...]]
+    cooling_s: float
+    lost: dict[float, bool]
 
     @property
     def minutes(self) -> float:
@@ -160,14 +166,15 @@ def plan_campaign(
     sigma = tuple({**NOISE, **(noise or {})}[key] for key in ("force_N", "resistance_ohm"))
     steps = steps_of(dimensions)
     pool, source = candidates(steps), published_campaign(steps)
-    rates = choose_rates(spring, [*pool, *source], seed, sigma[1])
-    rates, source_rates = rates[: len(pool)], rates[len(pool) :]
+    every = rates_of(spring, [*pool, *source], seed, sigma[1])
+    rates, source_rates = every.values[: len(pool)], every.values[len(pool) :]
+    heating = heating_seconds(spring)
     progress("rates")
     information_of = _informer(prior, prior.draws(draws, seed), dimensions, sigma, misfit)
     progress("alloys")
     table = np.stack([information_of(pool, r) for r in range(1, MOST_REPEATS + 1)], axis=2)
     progress("information")
-    times = np.array([minutes(test, rate) for test, rate in zip(pool, rates, strict=True)])
+    times = np.array([minutes(test, rate, heating) for test, rate in zip(pool, rates, strict=True)])
     chosen = choose(table, times, prior.names, wanted, tests)
     indices = [choice.index for choice in chosen]
     progress("choice")
@@ -175,6 +182,8 @@ def plan_campaign(
     progress("comparison")
     merged = _merged(pool, rates, indices, [choice.gain for choice in chosen])
     merged.append(_validation(pool, rates, indices, steps))
+    merged = [replace(test, heating_s=heating) for test in merged]
+    held = {test.candidate.share for test in merged if test.candidate.hold == HELD}
     return Plan(
         knowledge=prior,
         spring=spring,
@@ -185,6 +194,8 @@ def plan_campaign(
         sd=np.median(expected_sd(table, indices), axis=1),
         published_sd=np.median(source_sd, axis=0),
         published_minutes=sum(minutes(t, rate) for t, rate in zip(source, source_rates, strict=True)),
+        cooling_s=cooling_seconds(spring),
+        lost={share: hot for share, hot in every.lost.items() if share in held},
         loose=_loose(prior, covariances(table, indices)[-1, 0]),
         wanted=tuple(wanted),
         noise=sigma,

@@ -3,6 +3,7 @@
 import csv
 import json
 import tomllib
+from types import SimpleNamespace
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -29,8 +30,9 @@ from fitting.plan.candidates import (
 from fitting.plan.choose import WANTED, choose, covariances, expected_sd, log_volume
 from fitting.plan.information import held_phase, information, phase_course
 from fitting.plan.knowledge import CONSTANTS, knowledge_of
-from fitting.plan.rates import choose_rates, minutes
+from fitting.plan.rates import choose_rates, cooling_seconds, heating_seconds, minutes, rates_of
 from fitting.plan.specimen import described
+from fitting.report.plan.text import _lost
 from pneusma_jax.calibration import load_calibration
 from pneusma_jax.errors import InputError
 
@@ -224,6 +226,27 @@ def test_slow_pulls_are_asked_for_near_the_cold_end(known):
     tests = [Candidate(HELD, STEPS[:3], 0.25), Candidate(HELD, STEPS, 0.875), Candidate(COLD, (1.15,))]
     near_hot, near_cold, cold = choose_rates(spring, tests, 0, 2e-4)
     assert near_cold < near_hot and near_cold <= cold <= near_hot
+
+
+def test_a_resistance_that_no_rate_holds_is_told_with_what_forbids_it(known):
+    """The slowest rate had been taken without a word."""
+    spring = pj.Spring(PUBLISHED, pj.Alloy(**known.nominal), PUBLISHED.free_length)
+    tests = [Candidate(HELD, STEPS, 0.125), Candidate(HELD, STEPS, 0.5)]
+    found = rates_of(spring, tests, 0, 2e-4)
+    assert found.lost == {0.125: True} and found.values[0] < found.values[1]
+    (said,) = _lost(SimpleNamespace(lost=found.lost))
+    assert "share 0.125" in said and "still air cools this wire too slowly" in said
+
+
+def test_a_thick_wire_gets_the_time_that_it_cools_in_still_air(known):
+    def spring(diameter):
+        return pj.Spring(PUBLISHED, pj.Alloy(**known.nominal | {"convection": 60.0 * 0.25e-3 / diameter}), PUBLISHED.free_length)
+
+    thin, thick = spring(0.25e-3), spring(6.0e-3)
+    assert cooling_seconds(thick) == pytest.approx(24.0 * cooling_seconds(thin)) and cooling_seconds(thin) > 1.0
+    assert heating_seconds(thin) == 120.0 and heating_seconds(thick) == pytest.approx(2.0 * cooling_seconds(thick))
+    test = Candidate(HEATED, (1.15,))
+    assert minutes(test, 0.1, heating_seconds(thick)) > minutes(test, 0.1)
 
 
 # --- the plan as a whole ------------------------------------------------------------------------------------

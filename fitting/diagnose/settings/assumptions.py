@@ -63,3 +63,11 @@ class NextExperiment:
     rate_factor: float = threshold(10.0, "Factor on the clock for slower and faster repetitions.")
     load_factor: float = threshold(1.25, "Factor on the load for a stronger repetition.")
     pause: float = threshold(300.0, "Number of seconds for holding the largest load.", "s")
+    cooling_kelvin: float = threshold(5.0, "Minimum fall of a temperature that counts as cooling.", "K")
+    cooling_fraction: float = threshold(
+        0.1, "Minimum rise of a martensite fraction that counts as cooling.", "1"
+    )
+    cooling_factor: float = threshold(
+        1.25, "Maximum cooling rate of a repetition, over the fastest recorded one.", "1",
+        "noise of a rate; a specimen cools as fast as its surroundings let it",
+    )  # fmt: skip

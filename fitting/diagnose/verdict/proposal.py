@@ -35,9 +35,16 @@ def proposed(explanation: Explanation, found: list[Found]) -> dict | None:
         return {"text": asked, "separates": [name, other], "expected_log_bayes_factor": 0.0}
     worth = design.log_bayes / inflation_of(program, min(first, second, key=lambda fit: fit.objective))
     tells = f"tell {name} from {other}" if len(effects) > 1 else f"tell whether {name} acts"
+    demand = f" ({design.demand})" if design.demand else ""
+    barred = (
+        f" It would tell more {design.impossible}, but the specimen would have to cool faster than in any"
+        " recording so far."
+        if design.impossible
+        else ""
+    )
     text = (
-        f"Repeat {design.recording} {design.change}: it would {tells}, by a log Bayes factor of about "
-        f"{number(worth)}. {asked}"
+        f"Repeat {design.recording} {design.change}{demand}: it would {tells}, by a log Bayes factor of "
+        f"about {number(worth)}.{barred} {asked}"
     )
     return {"text": text, "separates": [name, other], "expected_log_bayes_factor": float(worth)}
 

@@ -6,8 +6,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from fitting.data.recordings import schema
+from fitting.data.recordings import Recording, schema
 from fitting.diagnose.verdict.conclusion import Conclusion
+from fitting.inference.driven import STEADIER, driver_and_output
 from fitting.inference.notes import joined
 from fitting.report.figures import (
     BLUE,
@@ -27,6 +28,8 @@ from pneusma_jax.errors import counted
 from pneusma_jax.units import from_si
 
 MOST_SHOWN = 6
+MOST_NAMED = 6
+"""Maximum number of recordings that a caption names for one output."""
 MOST_BARS = 8
 """Maximum number of candidates with a bar of their own; the others share one."""
 BASE, AFTER, APART = VERMILION, BLUE, GREY
@@ -121,7 +124,7 @@ def _one(conclusion: Conclusion, k: int, panels: Sequence[Axes], other: str | No
         terms += ["a smooth term, unexplained"] if conclusion.remainder is not None else []
         top.plot(time[counted], show(after), color=AFTER, lw=1.3, label=f"with {joined(terms)}")
     role = "" if x.program.fitted[k] else " (validation)"
-    top.set_title(f"{recording.name}{role}", fontsize=9)
+    top.set_title(f"{recording.name}{role}{_driven(recording)}", fontsize=9)
     top.set_ylabel(axis_label(column), fontsize=8)
     _residuals(conclusion, k, 0, below)
     if other is not None:
@@ -142,6 +145,30 @@ def _one(conclusion: Conclusion, k: int, panels: Sequence[Axes], other: str | No
     for axes in panels:
         axes.set_xlim(top.get_xlim())
         axes.tick_params(labelsize=7)
+
+
+def _driven(recording: Recording) -> str:
+    """Words below the name of a wire's recording: the quantity that is drawn, and the one that drives it."""
+    pair = driver_and_output(recording)
+    return "" if pair is None else f"\n{pair[1]} drawn, {pair[0]} drives the model"
+
+
+def drawn_outputs(recordings: Sequence[Recording]) -> str:
+    """Sentence on which of a wire's strain and stress is drawn, and why; empty for other kinds."""
+    names: dict[tuple[str, str], list[str]] = {}
+    for recording in recordings:
+        if (pair := driver_and_output(recording)) is not None:
+            names.setdefault(pair, []).append(recording.name)
+    if not names:
+        return ""
+    parts = [
+        f"{output} of {joined([*of[:MOST_NAMED], *(["others"] if of[MOST_NAMED:] else [])])}, which {driver} drives"
+        for (driver, output), of in names.items()
+    ]
+    return (
+        f"Drawn is what the model predicts of a wire: {'; '.join(parts)}. Stress drives it where it varies less"
+        f" than {STEADIER:.0%} as much as strain, over their largest values; elsewhere strain does."
+    ).replace("%", " %")
 
 
 def _residuals(conclusion: Conclusion, k: int, j: int, axes: Axes) -> None:

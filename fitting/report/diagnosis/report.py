@@ -10,7 +10,7 @@ from pneusma_jax.errors import counted
 
 from ..report import Block, Code, Picture, Points, Report, Section
 from . import text
-from .figures import outputs_not_drawn, probability_figure, recordings_figure, shown_recordings
+from .figures import drawn_outputs, outputs_not_drawn, probability_figure, recordings_figure, shown_recordings
 from .model import model_of
 from .payload import content
 from .tables import (
@@ -91,7 +91,9 @@ def recordings_caption(conclusion: Conclusion) -> str:
     remembers = conclusion.mismatch and "memory_row" in conclusion.explanation.base.evaluation.drivers
     hidden = outputs_not_drawn(conclusion)
     left = f" Not drawn, since the base model misses it less: {joined(hidden)}." if hidden else ""
-    return caption + (f" {SPIKES}" if remembers else "") + (some if drawn < count else "") + left
+    drawn_of = [conclusion.explanation.program.recordings[k] for k in shown_recordings(conclusion)]
+    why = f" {said}" if (said := drawn_outputs(drawn_of)) else ""
+    return caption + (f" {SPIKES}" if remembers else "") + (some if drawn < count else "") + left + why
 
 
 def _findings(conclusion: Conclusion) -> list[Block]:

@@ -6,6 +6,7 @@ from fitting.calibrate.spring.reach import HOT_STEPS
 from fitting.inference.notes import joined
 from fitting.plan.candidates import LEG_ROWS
 from fitting.plan.plan import KNOWN, Plan
+from fitting.plan.rates import MOST_LOST
 from fitting.synthesise.controller import rest_resistances
 from fitting.synthesise.spring import COLD_WIDTHS
 from pneusma_jax.errors import counted
@@ -60,6 +61,9 @@ def preparation(plan: Plan) -> list[str]:
     temperature = float(alloy.T_mid) - COLD_WIDTHS * float(alloy.T_width)
     interval = min(test.sampling_s for test in plan.tests)
     return [
+        f"In still air this wire cools from full heat in about {plan.cooling_s:.0f} s, by assumed constants."
+        " Nothing but moving air makes that faster, so wait as long before each test.",
+        *_lost(plan),
         "Before every test heat the spring fully without load and let it cool: each recording starts fresh.",
         "Cold means wholly martensitic: well below the transformation,"
         f" {temperature:.0f} degC if it is centred at {float(alloy.T_mid):.0f} degC. In a warm room a share"
@@ -71,6 +75,21 @@ def preparation(plan: Plan) -> list[str]:
         " set-point cannot be held: go on, the recording is still good.",
         f"Record time, elongation, force and resistance at least every {interval:g} s; name the files as the"
         " tests, and see `pneusma import` for other column names.",
+    ]
+
+
+def _lost(plan: Plan) -> list[str]:
+    """Sentences on set-points that no speed of the plan holds; none where all are held."""
+    why = {
+        True: "still air cools this wire too slowly. Blow air over the spring, or pull slower.",
+        False: "the supply heats this wire too slowly. Pull slower.",
+    }
+    found = {hot: [f"{s:g}" for s in sorted(plan.lost) if plan.lost[s] == hot] for hot in why}
+    return [
+        f"At the share {joined(shares)} the set-point is lost for more than {percent(MOST_LOST)} of the time,"
+        f" even at the stated speed: {why[hot]}"
+        for hot, shares in found.items()
+        if shares
     ]
 
 
