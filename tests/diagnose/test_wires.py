@@ -6,6 +6,7 @@ import pytest
 from fitting.data.recordings import Campaign, Recording
 from fitting.diagnose import diagnose
 from fitting.diagnose.verdict.probabilities import Found, explanation_sets
+from fitting.report.diagnosis.figures import drawn_outputs
 from fitting.specimens.wire import set_apart
 
 
@@ -85,3 +86,14 @@ def test_of_two_effects_each_has_a_set_of_its_own():
     open_one = Found("r_phase", 0.7, 99.0, {}, [], "", {"r_phase": 0.7, "inactive_coils": 0.3})
     assert explanation_sets(candidates, 0.01, [open_one, lag])[1] == ["r_phase", "inactive_coils"]
     assert "unmodelled" in explanation_sets(candidates, 0.5, [lag, sure])[0]
+
+
+def test_the_figure_says_which_of_strain_and_stress_is_drawn_and_which_drives():
+    """A column had been drawn without a word on why it is not the other one."""
+    strain, stress = flag(0.06)
+    pull = recorded({"strain": strain, "stress_MPa": stress, "temperature_degC": np.full(len(stress), 22.0)}, name="pull")
+    held = recorded({"strain": strain, "stress_MPa": np.full(len(stress), 250.0), "temperature_degC": 22.0 + stress / 5.0}, name="held")
+    said = drawn_outputs([pull, held])
+    assert "stress of pull, driven by strain; strain of held, driven by stress." in said
+    assert "Stress drives it where it varies less than 50 % as much as strain" in said
+    assert drawn_outputs([Recording("T", None, "tube", columns={"pressure_kPa": strain, "length_mm": strain})]) == ""

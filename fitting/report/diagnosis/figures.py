@@ -28,8 +28,6 @@ from pneusma_jax.errors import counted
 from pneusma_jax.units import from_si
 
 MOST_SHOWN = 6
-MOST_NAMED = 6
-"""Maximum number of recordings that a caption names for one output."""
 MOST_BARS = 8
 """Maximum number of candidates with a bar of their own; the others share one."""
 BASE, AFTER, APART = VERMILION, BLUE, GREY
@@ -162,12 +160,11 @@ def drawn_outputs(recordings: Sequence[Recording]) -> str:
     if not names:
         return ""
     parts = [
-        f"{output} of {joined([*of[:MOST_NAMED], *(["others"] if of[MOST_NAMED:] else [])])}, which {driver} drives"
-        for (driver, output), of in names.items()
+        f"{output} of {joined(of)}, driven by {driver}" for (driver, output), of in names.items()
     ]
     return (
-        f"Drawn is what the model predicts of a wire: {'; '.join(parts)}. Stress drives it where it varies less"
-        f" than {STEADIER:.0%} as much as strain, over their largest values; elsewhere strain does."
+        f"Drawn is what the model predicts of a wire: {'; '.join(parts)}. Stress drives it where it varies"
+        f" less than {STEADIER:.0%} as much as strain, over their largest values; elsewhere strain does."
     ).replace("%", " %")
 
 
