@@ -29,7 +29,11 @@ def steady_course(
         time: time [s], ascending.
         read: readings, in any unit.
         precision: inverse variance of each reading; zero where there is none.
-        spread: standard deviation of the first value about zero, and of its change in the first second.
+        spread: standard deviation of the first value about zero, in the unit of the readings. That of its
+            rate is the same per second.
+
+    Returns:
+        Values of the course, in the unit of the readings.
     """
     steps = jnp.maximum(jnp.diff(time, prepend=time[:1]), 0.0)
     candidates = jnp.asarray(RATE_VARIANCES)
