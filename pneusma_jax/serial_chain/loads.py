@@ -5,9 +5,9 @@ the section on which it acts. A place in a section is given in the segment's own
 springs.
 
 The balance of a segment needs the generalised force of all loads on its own coordinates. They are the length
-l of its centre line and its bend angle vector theta. Seen from the segment's end, all loads there or beyond it
-are a force F and a moment M. A small change of the coordinates moves the end by dp and turns it
-by dphi. So the virtual work is `F . dp + M . dphi`. Seen from the segment's base,
+l of its centre line and its bend angle vector theta. Seen from the segment's end, all loads there or beyond
+it are a force F and a moment M. A small change of the coordinates moves the end by dp and turns it by dphi.
+So the virtual work is `F . dp + M . dphi`. Seen from the segment's base,
 
     p = l (-theta c_2, c_1)
     dphi = J dphi_0,  phi_0 = theta x z,  J = 1 + c_2 [phi_0] + c_3 [phi_0]^2
