@@ -4,9 +4,11 @@ from collections.abc import Mapping
 from typing import Any, ClassVar
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 from jaxtyping import Array
 
+from ..numerics.safe import begun_as
 from ..pipeline import Effect, Known
 from ._spec import Spec
 
@@ -201,6 +203,9 @@ class LoadTrainCompliance(Effect):
 class ChannelLag(Effect):
     """A channel runs late: those that are predicted by `delay` [s], a spring's resistance by its own.
 
+    A buffer delays, and a filter follows. The share `filtered` [1] of the delay is the time constant of a
+    first-order follower behind a pure delay of the rest. So 0 is a pure delay, and 1 a first-order lag.
+
     The thermometer of a wire lags by `delay_temperature` [s]. It is a first-order follower of the wire, such
     as a thermocouple. So the wire is warmer than its reading while that rises.
     """
@@ -208,6 +213,7 @@ class ChannelLag(Effect):
     delay: Array = eqx.field(converter=jnp.asarray, default=0.0)
     delay_resistance: Array = eqx.field(converter=jnp.asarray, default=0.0)
     delay_temperature: Array = eqx.field(converter=jnp.asarray, default=0.0)
+    filtered: Array = eqx.field(converter=jnp.asarray, default=0.0)
 
     slug: ClassVar[str] = "channel_lag"
     by_rate: ClassVar[bool] = True
@@ -217,11 +223,16 @@ class ChannelLag(Effect):
     sentences: ClassVar[Mapping[str, str]] = {
         "W": "One recorded channel runs late against the others, or the thermometer lags behind the wire."
     }
-    literature: ClassVar[str] = "pure delay between data acquisition channels"
+    literature: ClassVar[str] = (
+        "K. J. Astrom and T. Hagglund, Advanced PID Control, ISA (2006): first-order lag and dead time"
+    )
     specs: ClassVar[dict[str, Spec]] = {
         "delay": Spec(0.0, 0.0, 3.0, 0.3, "s", "delay of the camera, the force or the length"),
         "delay_resistance": Spec(0.0, 0.0, 3.0, 0.3, "s", "delay of the resistance", kinds="S"),
         "delay_temperature": Spec(0.0, 0.0, 30.0, 2.0, "s", "time constant of the thermometer", kinds="W"),
+        "filtered": Spec(
+            0.0, 0.0, 1.0, 0.0, "1", "a pure delay (0) or a first-order lag (1)", True, natural_ends=True
+        ),
     }
     within: ClassVar[dict[str, dict[str, dict[str, Any]]]] = {
         kind: {"delay": {"text": f"delay of the {channel}"}}
@@ -238,10 +249,12 @@ class ChannelLag(Effect):
 
     def recorded(self, value: dict[str, Array], time: Array) -> dict[str, Array]:
         """See `Effect.recorded`; the model's own signal is shifted, so no noise is averaged."""
-        return {
-            name: delayed(time, course, self.delay_resistance if name == "resistance" else self.delay)
-            for name, course in value.items()
-        }
+        late = {}
+        for name, course in value.items():
+            delay = self.delay_resistance if name == "resistance" else self.delay
+            passed = delayed(time, course, (1.0 - self.filtered) * delay)
+            late[name] = followed(time, passed, self.filtered * delay)
+        return late
 
 
 def delayed(time: Array, course: Array, delay: Array) -> Array:
@@ -257,6 +270,24 @@ def delayed(time: Array, course: Array, delay: Array) -> Array:
     moving = gap > 0.0
     part = (when - time[after]) / jnp.where(moving, gap, 1.0)
     return jnp.where(moving, course[after] + part * (course[after] - course[after - 1]), course)
+
+
+def followed(time: Array, course: Array, lag: Array) -> Array:
+    """First-order follower of a signal, of time constant `lag` [s], at rest before the first row; (rows,).
+
+    It is exact for a signal that is linear between rows. A lag of 0 changes nothing; its derivative is minus
+    the slope from the row before. Time that stands still, as in padding, lets it wait.
+    """
+    interval, rise = jnp.diff(time), jnp.diff(course)
+
+    def step(excess: Array, row: tuple[Array, Array]) -> tuple[Array, Array]:
+        still = row[0] <= 0.0
+        after = _lagged_excess(excess, jnp.where(still, 1.0, row[0]), row[1], lag)
+        after = jnp.where(still, excess, after)
+        return after, after
+
+    _, excess = jax.lax.scan(step, begun_as(jnp.zeros_like(course[0]), (time, course, lag)), (interval, rise))
+    return course + jnp.concatenate([jnp.zeros_like(course[:1]), excess])
 
 
 def ahead(time: Array, course: Array, lag: Array) -> Array:

@@ -50,6 +50,18 @@ def test_a_load_cell_on_a_coupon_errs_by_force_over_area():
     np.testing.assert_allclose(moved - without("E")["stress"], (0.02 + 1e-4 * TIME) / AREA, rtol=1e-9)
 
 
+@pytest.mark.parametrize("filtered", [0.5, 1.0])
+def test_a_late_channel_may_follow_by_a_filter(filtered):
+    """A ramp is late by the whole delay at its end, whatever part of it a filter makes; its beginning is rounded."""
+    lag = find_effect("channel_lag")(delay=4.0, filtered=filtered)
+    late = lag.recorded({"force": jnp.asarray(TIME)}, jnp.asarray(TIME))["force"]
+    since, tau = np.maximum(TIME - 4.0 * (1.0 - filtered), 0.0), 4.0 * filtered
+    exact = since - tau * (1.0 - np.exp(-since / tau))
+    np.testing.assert_allclose(late, exact, atol=1e-12)
+    assert late[-1] == pytest.approx(TIME[-1] - 4.0, abs=1e-6)
+
+
+
 @pytest.mark.parametrize("delay", [0.7, 2.0, 5.3])
 def test_a_late_channel_shows_what_was(delay):
     bare = without("E")["stress"]
