@@ -83,8 +83,15 @@ class InactiveCoils(Effect):
         return (1.0 - share) * value + share * self._unstretched_resistance(at, at["xi0"])
 
 
+STRAIGHTEST = 0.97
+"""Maximum sine of a coil's angle; at 1 the wire is straight and has no lever."""
+
+
 class LargeHelixAngle(Effect):
-    """Coils shrink as they open: equal stress gives more force; degree 1 is `D = D_i cos a / cos a_i`."""
+    """Coils shrink as they open: equal stress gives more force; degree 1 is `D = D_i cos a / cos a_i`.
+
+    So the wire keeps its length L, and a coil of pitch p has `sin a = p / L`.
+    """
 
     degree: Array = eqx.field(converter=jnp.asarray, default=0.0)
 
@@ -98,12 +105,13 @@ class LargeHelixAngle(Effect):
     }
 
     def pull(self, value: Array, at: Known, memory: Any) -> Array:
-        """See `Effect.pull`; slopes are the true helix's: `cos a = 1 / sqrt(1 + s^2)`."""
+        """See `Effect.pull`; the helix is the true one. A coil is opened to `STRAIGHTEST` at most."""
         g = at["spring"].geometry
         start = coil_slope(g.initial_pitch, g.coil_diameter, "true")
+        sine = start / jnp.sqrt(1.0 + start**2)
         stretch = jnp.maximum(1.0 + opening(at) / g.free_length, 0.0)
-        open_ = coil_slope(g.initial_pitch * stretch, g.coil_diameter, "true")
-        return value * ((1.0 + open_**2) / (1.0 + start**2)) ** (0.5 * self.degree)
+        open_ = jnp.minimum(sine * stretch, STRAIGHTEST)
+        return value * ((1.0 - sine**2) / (1.0 - open_**2)) ** (0.5 * self.degree)
 
 
 class CoilContact(Effect):

@@ -223,10 +223,10 @@ def test_fewer_turns_stretch_further_and_a_longer_spring_less():
 def test_opening_coils_shorten_the_lever():
     bare, found = without("S")["force"], seen("S", {"large_helix_angle.degree": 1.0})["force"]
     geometry = specimen("S").geometry
-    angle = lambda pitch: np.arctan(pitch / (np.pi * float(geometry.coil_diameter)))  # noqa: E731
-    pitch = float(geometry.initial_pitch)
-    open_ = angle(pitch * (1.0 + PROTOCOLS["S"]["elongation"] / 14e-3))
-    np.testing.assert_allclose(ratio(found, bare), np.cos(angle(pitch)) / np.cos(open_), rtol=1e-9)
+    turn, pitch = np.pi * float(geometry.coil_diameter), float(geometry.initial_pitch)
+    wire = np.hypot(turn, pitch)  # of one coil, whose length stays
+    opened = np.sqrt(wire**2 - (pitch * (1.0 + PROTOCOLS["S"]["elongation"] / 14e-3)) ** 2)
+    np.testing.assert_allclose(ratio(found, bare), turn / opened, rtol=1e-9)
 
 
 def test_closed_coils_pull_together_and_push_apart():
