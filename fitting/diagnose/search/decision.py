@@ -178,9 +178,9 @@ class Judge:
         """Why a further effect is refused that removes a small share only; None if it does not.
 
         It must remove most of what the others leave, or much of the whole misfit; and a share of that. If it
-        brings base constants back, it need remove only a minor share of what the others leave. If it removes
-        all but a minor share of that, it need be no share of the whole: another effect fits what an imperfect
-        form leaves in part only.
+        brings base constants back, it need remove only a minor share of what the others leave. The share of
+        the whole does not matter if it removes all but a minor share of that. For another effect fits what an
+        imperfect form leaves in part only.
         """
         program, base = self.pool.program, self.pool.base
         before, after, whole = (reduced(program, f, program.fitted) for f in (rest, fit, base))
