@@ -252,14 +252,6 @@ def starts_of(unknowns: Unknowns, added: Sequence[str], at: np.ndarray) -> tuple
     return first, nominal
 
 
-def reshaped(program: Program, fit: Fit) -> Fit:
-    """The best of a fit and those of the same model that begin with the shapes of one effect elsewhere."""
-    for slug in fit.slugs:
-        for start in _reshaped(program.unknowns, slug, fit.u):
-            fit = from_elsewhere(program, fit, start)
-    return fit
-
-
 def _reshaped(unknowns: Unknowns, slug: str, best: np.ndarray) -> list[np.ndarray]:
     """The best fit of a candidate so far with its shapes elsewhere, at typical strength."""
     shapes, own, found = unknowns.shapes(slug), unknowns.amplitudes(slug), []

@@ -178,9 +178,7 @@ class Judge:
         """Why a further effect is refused that removes a small share only; None if it does not.
 
         It must remove most of what the others leave, or much of the whole misfit; and a share of that. If it
-        brings base constants back, it need remove only a minor share of what the others leave. The share of
-        the whole does not matter if it removes all but a minor share of that. For another effect fits what an
-        imperfect form leaves in part only.
+        brings base constants back, it need remove only a minor share of what the others leave.
         """
         program, base = self.pool.program, self.pool.base
         before, after, whole = (reduced(program, f, program.fitted) for f in (rest, fit, base))
@@ -190,7 +188,7 @@ class Judge:
             return None
         if share < SHARE.most:
             return SMALL
-        if share >= 1.0 - SHARE.minor or not self._leaves_more(fit):  # what imperfect forms do not allow
+        if not self._leaves_more(fit):  # imperfect forms do
             return None
         original = float(self.scores(base).sum())
         minor = gained < SHARE.small * (original - 1.0) and taken < SHARE.small

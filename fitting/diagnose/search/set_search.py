@@ -25,7 +25,6 @@ from ..fit.candidates import (
     fitted_sets,
     from_elsewhere,
     refitted_baseline,
-    reshaped,
     starts_of,
     weigh,
 )
@@ -202,10 +201,7 @@ class SetSearch:
             if chosen in seen:
                 break
             seen.add(chosen)
-            if leaves_more(program, decision.fit):
-                self.progress("fitting other shapes of what is named")
-                pool.add([reshaped(program, decision.fit)])
-            self._rivals(program, pool, pool.get(chosen))
+            self._rivals(program, pool, decision.fit)
         fit = pool.get(chosen)
         explanation.base = pool.base
         explanation.steps[0].base = pool.base
