@@ -48,10 +48,10 @@ $(READY): pyproject.toml constraints.txt | $(BIN)/pip
 	@touch $@
 
 # One installation in a new clone: it holds what the others need. Extras `uq` and `cluster`: without them their tests
-# are skipped
+# are skipped. Python compiles what is imported; to compile all libraries at once takes pip 25 s of processor time.
 $(TEST_READY): pyproject.toml constraints.txt | $(BIN)/pip
 	@echo "Installing into $(VENV) (a few minutes the first time)"
-	@$(BIN)/pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[test,uq,cluster]'
+	@$(BIN)/pip install --quiet --disable-pip-version-check --no-compile -c constraints.txt -e '.[test,uq,cluster]'
 	@test -e $(READY) || touch $(READY)
 	@touch $@
 
