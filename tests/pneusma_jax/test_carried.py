@@ -34,6 +34,8 @@ def test_derivatives_of_every_order(way, compiled):
     compositions = (jax.hessian(cubes), jax.jacrev(jax.grad(cubes)), jax.jacfwd(jax.jacfwd(cubes)))
     for second in compositions if compiled else compositions[:1]:  # outside of a program every operation is one
         np.testing.assert_allclose(of(second)(X), np.diag(0.75 / np.sqrt(X)), atol=1e-15)
+    if way == "one by one" and not compiled:
+        return  # its third derivatives are 70 programs of one operation each, which other ways have too
     third = of(jax.jacfwd(jax.hessian(cubes)))(X)
     np.testing.assert_allclose(np.einsum("iii->i", third), -0.375 / X**1.5)
 
