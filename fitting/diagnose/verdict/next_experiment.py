@@ -1,7 +1,7 @@
 """The next experiment: the changed repetition of a recording that best separates two explanations.
 
 Both fitted models predict every repetition. Differences do not count that a refit of the rival could remove,
-as far as the recordings leave it free. A repetition that no laboratory can make is not proposed: a specimen
+as far as the recordings leave it free. A repetition that no laboratory can make is not proposed. A specimen
 cools as fast as its surroundings let it, and the recordings show how fast that is.
 """
 
@@ -81,8 +81,9 @@ def best_design(program: Program, first: Fit, second: Fit) -> Design | None:
 def cooling_rates(drivers: Mapping[str, np.ndarray], stacked: Rows) -> np.ndarray:
     """Fastest cooling of every recording, of its temperatures and of its fractions, shape (recordings, 2).
 
-    It is the rate over the steepest half of the largest fall of a temperature [K/s], or of the largest rise
-    of a martensite fraction [1/s]; 0 where it cools too little to count. Noise of single rows is none.
+    It is the rate over the steepest half of the largest fall of a temperature [K/s]. Of a martensite fraction
+    it is that of the largest rise [1/s]. It is 0 where a recording cools too little to count. Noise of single
+    rows is none.
 
     Args:
         drivers: drivers of the outputs by name, each of shape (recordings, rows).
