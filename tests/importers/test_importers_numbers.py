@@ -92,6 +92,15 @@ def test_what_is_written_as_missing_is_counted_with_its_first_row(put, mark):
     assert ("check: " * mark.startswith("#") + told) in recording.notices
 
 
+def test_many_columns_with_blanks_have_one_line_together(put):
+    rows = "".join(f"{s - 1.0:.4f},{p:.4f}" + ",NaN,1" * (k == 3) + ",1,2" * (k != 3) + ",-" * 9 * (k == 4) + ",1" * 9 * (k != 4) + "\n"
+                   for k, (s, p) in enumerate(zip(STRETCH, STRESS, strict=True)))  # fmt: skip
+    heads = ",".join(f"spare {k}" for k in range(11))
+    notices = import_file(put("a.csv", f"Strain (-),Stress (kPa),{heads}\n" + rows)).notices
+    assert sum("of column" in note and "written as missing" in note for note in notices) == 6
+    assert "fields of further columns are written as missing: 'spare 7' 1, 'spare 8' 1, 'spare 9' 1, 'spare 10' 1" in notices
+
+
 @pytest.mark.parametrize("blank", ["N/A", "#N/A", "****", "-", "nan", ""])
 def test_blanks_are_missing_and_an_empty_column_is_passed_over(put, blank):
     rows = "".join(f"{s - 1.0},{blank},{p}\n" for s, p in zip(STRETCH, STRESS, strict=True))

@@ -193,7 +193,8 @@ def header_above(fields: Rows, start: int, named: int, floor: int) -> Header:
 def _with_words_above(names: list[str], fields: Rows, top: int, floor: int) -> list[str]:
     """Headings in which a unit alone, or nothing, has the quantity above it, as beside merged cells."""
     row = next((i for i in range(top - 1, max(floor, top - 2) - 1, -1) if fields[i]), None)
-    if row is None or names_quantities(fields[row]) == 0:
+    filled = [text for text in fields[row] if text] if row is not None else []
+    if row is None or len(filled) < 2 or any(map(like_a_number, filled)) or not names_quantities(filled):
         return names
     joined = list(names)
     for column, (own, above) in enumerate(zip(names, fields[row], strict=False)):

@@ -109,7 +109,11 @@ def _perhaps_paused(above: Grid, below: Grid) -> str:
     if pause is None:
         return ""
     goes_on, moved = _columns_go_on(above, below), _columns_moved(above)
-    names = [repr(above.headings[c].text) for c in _measured(above) if goes_on[c] and moved[c]]
+    names = [
+        repr(above.headings[c].text)
+        for c in np.flatnonzero(goes_on & moved)
+        if (means := meaning(above.headings[c])) is not None and means.quantity not in ("time", "cycle")
+    ]
     if not names:
         return ""
     return (
@@ -140,11 +144,6 @@ def _columns_go_on(above: Grid, below: Grid) -> np.ndarray:
     if column is not None:
         goes_on[column] = True
     return goes_on
-
-
-def _measured(grid: Grid) -> list[int]:
-    """Columns beside the clock."""
-    return [column for column in range(grid.values.shape[1]) if column != clock_column(grid)]
 
 
 def _columns_moved(above: Grid) -> np.ndarray:

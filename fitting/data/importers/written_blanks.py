@@ -10,6 +10,8 @@ from .numerals import is_blank, is_spreadsheet_error
 
 MOST_MARKS = 3
 """Number of different texts of a column that a notice shows."""
+MOST_COLUMNS = 6
+"""Maximum number of columns without errors of a spreadsheet that have a notice of their own."""
 
 
 def say_written_blanks(grid: Grid) -> None:
@@ -18,6 +20,7 @@ def say_written_blanks(grid: Grid) -> None:
     An error of a spreadsheet, such as `#DIV/0!`, is to be looked at: a formula went wrong. The grid is
     changed in place.
     """
+    told, further = 0, []
     for column in range(grid.values.shape[1]):
         if not np.isfinite(grid.values[:, column]).any():
             continue
@@ -35,7 +38,13 @@ def say_written_blanks(grid: Grid) -> None:
             for text, rows in found.items()
         )
         asked = "check: " if any(map(is_spreadsheet_error, found)) else ""
+        told += not asked
+        if not asked and told > MOST_COLUMNS:
+            further.append(f"{place.removeprefix('column ')} {count}")
+            continue
         grid.notices.append(
             f"{asked}{counted(count, 'field')} of {place} {'is' if count == 1 else 'are'} written as missing"
             f" ({first_few(marks, MOST_MARKS)})"
         )
+    if further:
+        grid.notices.append(f"fields of further columns are written as missing: {', '.join(further)}")
