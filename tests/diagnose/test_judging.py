@@ -262,15 +262,24 @@ def test_the_strongest_effect_is_not_what_the_form_of_another_leaves():
 def test_no_effect_is_likelier_the_strongest_than_it_acts_at_all():
     """A report had 0.98 for the strongest effect, of which its verdict said 0.77."""
     first, second = (Found(slug, p, 50.0, {}, [], "") for slug, p in ((CONSTANT, 0.77), (DELAY, 0.5)))
-    before = {CONSTANT: (0.95, 50.0), DELAY: (0.0, 9.0), ANOTHER: (0.02, 3.0), "gravity": (0.01, 2.0)}
-    after = none_likelier_than_acting(before, [first, second])
+    before = {CONSTANT: (0.93, 50.0), DELAY: (0.0, 9.0), ANOTHER: (0.02, 3.0), "gravity": (0.01, 2.0)}
+    after, nothing, unknown = none_likelier_than_acting(before, 0.01, 0.03, [first, second])
     assert after[CONSTANT] == (0.77, 50.0) and after[DELAY] == (0.0, 9.0)
-    assert after[ANOTHER][0] == pytest.approx(0.14) and after["gravity"][0] == pytest.approx(0.07)
-    assert sum(p for p, _ in after.values()) == pytest.approx(sum(p for p, _ in before.values()))
+    told = [after[ANOTHER][0], after["gravity"][0], nothing, unknown]
+    np.testing.assert_allclose(told, np.array([0.02, 0.01, 0.01, 0.03]) * 0.23 / 0.07)
     certain = [Found(CONSTANT, 0.98, 50.0, {}, [], "")]
-    assert none_likelier_than_acting(before, certain) == before
-    alone = none_likelier_than_acting({CONSTANT: (0.95, 50.0)}, [first])  # something unknown has the rest
-    assert alone == {CONSTANT: (0.77, 50.0)}
+    assert none_likelier_than_acting(before, 0.01, 0.03, certain) == (before, 0.01, 0.03)
+    alone = none_likelier_than_acting({CONSTANT: (0.95, 50.0)}, 0.0, 0.05, [first])  # something unknown has the rest
+    assert alone == ({CONSTANT: (0.77, 50.0)}, 0.0, pytest.approx(0.23))
+
+
+def test_a_doubt_of_the_name_makes_no_refuted_rival_likely():
+    """A name at its bound had lost 0.3 to a rival of 5,700 nats less, since that was the best of the others."""
+    name = Found(CONSTANT, 0.68, 7216.0, {}, [], "")
+    before = {CONSTANT: (0.98, 7216.0), ANOTHER: (1e-7, 1494.0), "gravity": (1e-9, 20.0)}
+    after, nothing, unknown = none_likelier_than_acting(before, 0.0, 0.02, [name])
+    assert after[ANOTHER][0] < 1e-5 and unknown == pytest.approx(0.32, abs=1e-4)
+    assert sum(p for p, _ in after.values()) + nothing + unknown == pytest.approx(1.0, abs=1e-6)
 
 
 def test_what_a_refused_rival_has_more_makes_it_no_likelier():

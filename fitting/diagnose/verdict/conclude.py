@@ -57,9 +57,9 @@ def conclude(explanation: Explanation) -> Conclusion:
     found = effects_found(explanation, unknown, moving and moving.moved) if named else []
     if judged.mimicked and not judged.beyond:
         unknown += _share_with_lookalikes(judged.mimicked, candidates, found)
-    candidates = none_likelier_than_acting(candidates, found)
-    place, members = locate(explanation), _members(explanation)
     unnamed = mismatch and (unknown > 0.5 or not named)
+    candidates, nothing, unknown = none_likelier_than_acting(candidates, nothing, unknown, found)
+    place, members = locate(explanation), _members(explanation)
     hidden = not mismatch and not program.noise_stated  # a period may pass for noise that nobody states
     repeats = repeats_of(program, explanation.final) if hidden else None
     if unnamed:

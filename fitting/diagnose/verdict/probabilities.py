@@ -195,26 +195,29 @@ def effects_found(
 
 
 def none_likelier_than_acting(
-    candidates: dict[str, tuple[float, float]], found: Sequence[Found]
-) -> dict[str, tuple[float, float]]:
-    """Candidates of which none is likelier the strongest effect than it acts at all.
+    candidates: dict[str, tuple[float, float]], nothing: float, unknown: float, found: Sequence[Found]
+) -> tuple[dict[str, tuple[float, float]], float, float]:
+    """Probabilities of the strongest explanation, of which no effect has more than it acts at all.
 
-    What doubts that a named effect acts leaves its place to other candidates. They share what it loses in
-    proportion. It is lost to something unknown where every candidate is named.
+    What doubts that a named effect acts leaves its place to all else. Other candidates, nothing and something
+    unknown share what it loses in proportion, so a rival of far less evidence gains next to nothing.
 
     Args:
         candidates: probability and evidence of each as the strongest effect.
+        nothing: probability that nothing is missing.
+        unknown: probability of something unknown.
         found: effects with the probability that each acts.
+
+    Returns:
+        The candidates, nothing and something unknown anew, with the same sum.
     """
     acts = {one.slug: one.probability for one in found}
-    strongest = {slug: min(p, acts.get(slug, 1.0)) for slug, (p, _) in candidates.items()}
-    lost = sum(p - strongest[slug] for slug, (p, _) in candidates.items())
-    others = sum(p for slug, p in strongest.items() if slug not in acts)
+    kept = {slug: min(p, acts.get(slug, 1.0)) for slug, (p, _) in candidates.items()}
+    lost = sum(p - kept[slug] for slug, (p, _) in candidates.items())
+    others = nothing + unknown + sum(p for slug, p in kept.items() if slug not in acts)
     grown = 1.0 + lost / others if others > 0.0 else 1.0
-    return {
-        slug: (p if slug in acts else float(min(p * grown, 1.0)), candidates[slug][1])
-        for slug, p in strongest.items()
-    }
+    shares = {slug: (p if slug in acts else p * grown, candidates[slug][1]) for slug, p in kept.items()}
+    return shares, nothing * grown, unknown * grown
 
 
 def _left_by_form(explanation: Explanation) -> float:
