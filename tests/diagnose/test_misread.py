@@ -65,6 +65,17 @@ def test_a_trial_of_a_slip_runs_the_nominal_model_once():
     np.testing.assert_array_equal(errors, misread._errors(whole, again))
 
 
+@pytest.mark.parametrize(("hidden", "called"), [(False, []), (True, ["prepare", "count_input_noise", "prepare"])])
+def test_the_nominal_model_alone_counts_noise_of_inputs_where_hidden_states_follow_it(monkeypatch, hidden, called):
+    campaign, seen = read_campaign(TUBE), []
+    like = Program.of(campaign, "tube", slugs=[])
+    monkeypatch.setattr(Program, "hidden", hidden)
+    for name in ("prepare", "count_input_noise"):
+        monkeypatch.setattr(Program, name, lambda *_, name=name: seen.append(name))
+    Program.of(campaign, "tube", [], like=like, nominal_alone=True)
+    assert seen == called
+
+
 def test_readings_of_other_columns_are_those_of_the_recording_before_it_was_scaled():
     """They are told once, and not by every trial. The scaled column's own ones are told anew."""
     recording = read_campaign(TUBE).recordings[0]
