@@ -219,6 +219,7 @@ SPLIT = {
     "a unit alone": ("Zeit [min],[s]", 5.0, lambda t: f"{t // 60:.0f},{t % 60:.1f}"),
     "milliseconds": ("Time (s),Time (ms)", 0.25, lambda t: f"{t // 1:.0f},{1e3 * (t % 1):.0f}"),
     "hours": ("Hours,Minutes,Seconds", 300.0, lambda t: f"{t // 3600:.0f},{t % 3600 // 60:.0f},{t % 60:.1f}"),
+    "single hours": ("Hour,Min,Sec", 5400.0, lambda t: f"{t // 3600:.0f},{t % 3600 // 60:.0f},{t % 60:.1f}"),
     "letters": ("hh,mm,ss", 300.0, lambda t: f"{t // 3600:.0f},{t % 3600 // 60:.0f},{t % 60:.1f}"),
     "midnight": ("h,min,s", 300.0, lambda t: f"{(t + 82800) % 86400 // 3600:.0f},{t % 3600 // 60:.0f},{t % 60:.1f}"),
 }  # fmt: skip

@@ -91,6 +91,22 @@ def test_a_unit_below_its_name_counts_beside_a_merged_heading(put_sheet):
     right(import_file(path), time_s=TIME, strain=STRAIN, stress_kPa=STRESS)
 
 
+@pytest.mark.parametrize("line", ["Temperature (C),25", "Time,12:30:05", "Length (mm),50"])
+def test_a_line_with_a_number_above_the_headings_heads_no_column(put, line):
+    """The numbers of rows, which have no heading, were refused as a temperature or a time without a unit."""
+    table = f"{line}\n,Time (s),Strain (-),Stress (kPa)\n" + rows(map(str, range(40)), TIME, STRAIN, STRESS)
+    recording = import_file(put("a.csv", table))
+    right(recording, time_s=TIME, strain=STRAIN, stress_kPa=STRESS)
+    assert any("column 1, which has no heading" in note for note in recording.notices)
+
+
+def test_kelvins_are_no_prefix(put):
+    table = "Time (s),Strain (-),Stress (kPa),Temperature (C)\n" + rows(TIME, STRAIN, STRESS, [f"{295 + k % 3}K" for k in range(40)])
+    recording = import_file(put("a.csv", table))
+    right(recording, time_s=TIME, strain=STRAIN, stress_kPa=STRESS)
+    assert not any("prefix" in note for note in recording.notices)
+
+
 def test_a_channel_in_the_heading_of_a_frame_repeats_its_name():
     heading = parse_heading("Position(Linear:Position) (mm)")
     assert (heading.name, heading.unit) == ("position", "mm")

@@ -191,16 +191,21 @@ def header_above(fields: Rows, start: int, named: int, floor: int) -> Header:
 
 
 def _with_words_above(names: list[str], fields: Rows, top: int, floor: int) -> list[str]:
-    """Headings in which a unit alone, or nothing, has the quantity above it, as beside merged cells."""
+    """Headings in which a unit alone has the quantity above it, as beside merged cells.
+
+    A row above that holds a number states something of the test (`Temperature,25`) and heads no column.
+    """
     row = next((i for i in range(top - 1, max(floor, top - 2) - 1, -1) if fields[i]), None)
     filled = [text for text in fields[row] if text] if row is not None else []
     if row is None or len(filled) < 2 or any(map(like_a_number, filled)) or not names_quantities(filled):
         return names
+    if any(text[:1].isdigit() or like_a_number(text) for text in fields[row]):
+        return names
     joined = list(names)
     for column, (own, above) in enumerate(zip(names, fields[row], strict=False)):
-        if not above or not _is_unit(own) or meaning_of(own) is not None:
+        if not above or not own or not _is_unit(own) or meaning_of(own) is not None:
             continue
-        whole = f"{above} ({own.strip('()[]')})" if own else above
+        whole = f"{above} ({own.strip('()[]')})"
         if meaning_of(whole) is not None:
             joined[column] = whole
     return joined

@@ -15,8 +15,9 @@ _POWERS = {"G": 9, "M": 6, "k": 3, "K": 3, "R": 0, "m": -3, "u": -6, "µ": -6, "
 _BEHIND = re.compile(r"(?P<number>[+-]?\d+(?:[.,]\d+)?(?:[eE][+-]?\d+)?)\s?(?P<prefix>[GMkKmuµμn])")
 _WITHIN = re.compile(r"(?P<whole>[+-]?\d+)(?P<prefix>[GMkKRmuµμn])(?P<part>\d+)")
 _MAY_BE = re.compile(r"\d\s?[GMkKRmuµμn](?=\d|[\s,;|\"']|$)", re.MULTILINE)
-_NOT_IN = ("time", "length")
-"""Dimensions in which a letter alone is a unit: `3m` are minutes of a time, and metres of a length."""
+_NOT_IN = ("time", "length", "temperature")
+"""Dimensions in which a letter alone is a unit: `3m` are minutes of a time and metres of a length, and `295K`
+are kelvins."""
 
 
 def may_have_prefixes(page: Page) -> bool:
@@ -31,11 +32,11 @@ def without_prefixes(texts: Sequence[str], heading: str, decimal: str) -> list[s
 
     Args:
         texts: fields below the heading.
-        heading: text of the heading. It must name a quantity other than a time or a length.
+        heading: text of the heading. It must name a quantity of which no letter alone is a unit.
         decimal: decimal mark.
     """
     means, unit = meaning_of(heading), parse_heading(heading).unit
-    if means is None or means.quantity == "time" or dimension(unit) in _NOT_IN:
+    if means is None or means.quantity in _NOT_IN or dimension(unit) in _NOT_IN:
         return None
     done, count = [], 0
     for text in texts:

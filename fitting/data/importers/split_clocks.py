@@ -13,6 +13,8 @@ from .spelling import Heading, dimension, unit_name
 
 _LETTERS = {"hh": "h", "ss": "s"}
 """Units that the letters of a clock's format stand for. `mm` are minutes beside one of them."""
+_WORDS = {"hour": "h", "minute": "min", "millisecond": "ms", "stunde": "h", "stunden": "h"} | _LETTERS
+"""Headings that stand for a unit of time, beside the units themselves."""
 _ELAPSED = ("elapsed", "test", "run", "total")
 """Words before a unit of time that name no other quantity."""
 SMALLEST_ROUNDED = 1.0
@@ -75,9 +77,9 @@ def _unit_of(grid: Grid, column: int) -> str | None:
     heading = grid.headings[column]
     if heading.unit is not None:
         named = not heading.name or may_be_clock(heading) or heading.name in _ELAPSED
-        letters = _LETTERS.get(heading.unit.lower(), heading.unit)
+        letters = _WORDS.get(heading.unit.lower(), heading.unit)
         return unit_name(letters) if named and dimension(letters) == "time" else None
-    word = _LETTERS.get(heading.name, heading.name)
+    word = _WORDS.get(heading.name, heading.name)
     if word == "mm":
         beside = [grid.headings[c].name for c in (column - 1, column + 1) if 0 <= c < len(grid.headings)]
         return "min" if set(beside) & {*_LETTERS} else None
