@@ -85,6 +85,15 @@ def test_a_clock_that_goes_back_an_hour_asks_for_daylight_saving(put):
     assert any("did daylight saving end? Then add an hour to the times from row 22" in note for note in checks(recording))
 
 
+@pytest.mark.filterwarnings("error")
+def test_a_column_without_numbers_goes_on_without_a_warning(put):
+    head, first, second = HEAD.replace("\n", ",Temperature (C)\n"), slice(0, 20), slice(20, None)
+    empty, known = ([text] * 20 for text in ("", "22.1"))
+    tables = [rows(TIME[k] + pause, STRAIN[k], STRESS[k], last) for k, pause, last in ((first, 0.0, empty), (second, 600.0, known))]
+    (_, after) = import_tests(put("a.csv", head + tables[0] + "\n" + head + tables[1]))
+    assert any("'Strain (-)' and 'Stress (kPa)' go on from the table above" in note for note in checks(after))
+
+
 def test_a_unit_below_its_name_counts_beside_a_merged_heading(put_sheet):
     body = [[float(x) for x in row] for row in zip(TIME, 100.0 * STRAIN, STRESS, strict=True)]
     path = put_sheet("a.xlsx", [["Time", "Mechanical", ""], ["s", "Strain (%)", "Stress (kPa)"], *body])

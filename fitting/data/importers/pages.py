@@ -1,7 +1,7 @@
 """Tables below each other that are one test: pages of a log that repeats its headings, and logs that begin
 with the newest row."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -116,8 +116,9 @@ def _perhaps_paused(above: Grid, below: Grid) -> str:
     ]
     if not names:
         return ""
+    verb = "goes" if len(names) == 1 else "go"
     return (
-        f"check: {' and '.join(names)} goes on from the table above to row {min(below.rows)}, and the clock"
+        f"check: {' and '.join(names)} {verb} on from the table above to row {min(below.rows)}, and the clock"
         f" {pause:g} later: read as a test of its own, which begins at rest. If both are one test, delete the"
         " headings between them"
     )
@@ -138,7 +139,7 @@ def _pause(above: Grid, below: Grid) -> float | None:
 
 def _columns_go_on(above: Grid, below: Grid) -> np.ndarray:
     """True for columns that go on from the last row of the table above, and for the clock."""
-    steps = np.nanmedian(np.abs(np.diff(above.values, axis=0)), axis=0)
+    steps = _by_column(np.median, np.abs(np.diff(above.values, axis=0)))
     goes_on = np.abs(below.values[0] - above.values[-1]) <= MOST_STEPS * steps
     column = clock_column(above)
     if column is not None:
@@ -148,8 +149,13 @@ def _columns_go_on(above: Grid, below: Grid) -> np.ndarray:
 
 def _columns_moved(above: Grid) -> np.ndarray:
     """True for columns that do not end where they began."""
-    reach = np.nanmax(above.values, axis=0) - np.nanmin(above.values, axis=0)
-    return np.abs(above.values[-1] - above.values[0]) > MOVED * reach
+    return np.abs(above.values[-1] - above.values[0]) > MOVED * _by_column(np.ptp, above.values)
+
+
+def _by_column(measure: Callable[[np.ndarray], float], values: np.ndarray) -> np.ndarray:
+    """A number of every column's known values, shape (columns,); NaN of a column without any."""
+    known = [column[np.isfinite(column)] for column in values.T]
+    return np.array([measure(column) if column.size else np.nan for column in known])
 
 
 def _other_headings(above: Grid, below: Grid) -> str:
