@@ -2,14 +2,17 @@
 
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from fitting.calibrate.general.fit import GeneralFit
 from fitting.calibrate.general.noise import with_noise_of_residuals
 from fitting.data.recordings import read_campaign
 from fitting.diagnose.evaluate.inputs import input_noise
 from fitting.inference.readings import noise_found, noise_of
+from fitting.report.general import text
 from fitting.specimens import TUBE, stack
 
 EXAMPLE = Path(__file__).parents[2] / "calibration_data" / "examples" / "tube"
@@ -55,3 +58,15 @@ def test_a_stated_noise_is_not_told_anew():
     predicted = [{"length": one.measured["length"] + 1e-2} for one in rows]
     told = with_noise_of_residuals(campaign.recordings, rows, predicted)
     assert all(one is other for one, other in zip(told, rows, strict=True))
+
+
+@pytest.mark.parametrize("again", [True, False])
+def test_a_report_says_for_which_noise_its_chi_squares_are(again, monkeypatch):
+    """Nine starts had 1874.5 beside a reduced chi-square of 0.313, which was for another noise."""
+    monkeypatch.setattr(text, "_priors", lambda _: "")
+    monkeypatch.setattr(text, "_specimens", lambda _: [])
+    monkeypatch.setattr(text, "how_errors_grew", lambda *_: "were not multiplied")
+    ended = SimpleNamespace(status=SimpleNamespace(value="The fit converged."))
+    fit = GeneralFit((), (), None, ended, (1874.5,), 0.313, 1.0, 1.0, noise_of_residuals=again)
+    said = " ".join(text.how_it_was_fitted(SimpleNamespace(fit=fit, lasting=None)))
+    assert ("fitted again with the noise that residuals tell" in said) is again

@@ -47,11 +47,13 @@ class GeneralFit:
         rows: the same as arrays, decided at the values found, noise as it was stated, or as residuals tell.
         model: model that predicts them.
         result: the fit, noise as it was taken.
-        starts: chi-square that each start ended with; NaN where it failed.
-        reduced_chi_square: reduced chi-square for that noise.
+        starts: chi-square that each start ended with, for the noise that readings tell; NaN where it failed.
+        reduced_chi_square: reduced chi-square for the noise of `rows`.
         inflation: factor on the noise, and so on the standard errors.
         correlation_time: samples of misfit that make one independent one.
         zeros: sizes of the zeros of instruments that are off or drift, by output, which correlate its noise.
+        noise_of_residuals: true if residuals told a noise that nobody states, and the best start was fitted
+            again with it.
     """
 
     recordings: tuple[Recording, ...]
@@ -63,6 +65,7 @@ class GeneralFit:
     inflation: float
     correlation_time: float
     zeros: Mapping[str, Size] = field(default_factory=dict)
+    noise_of_residuals: bool = False
 
     @property
     def kind(self) -> str:
@@ -247,7 +250,9 @@ def _settled(
         progress("with the noise that residuals tell")
         result = _fit(model, recordings, told, result.parameters.at(result.values), 1, 0)
         reduced, rows = float(result.reduced_chi_square or np.nan), told
-        fit = replace(fit, rows=tuple(rows), result=result, reduced_chi_square=reduced)
+        fit = replace(
+            fit, rows=tuple(rows), result=result, reduced_chi_square=reduced, noise_of_residuals=True
+        )
     misfits = _misfits(fit)
     fit = replace(fit, correlation_time=correlation_time(misfits))
     factor = inflation_of(reduced, misfits)

@@ -256,14 +256,22 @@ def _understated(result: GeneralCharacterisation) -> list[str]:
     ]
 
 
+NOISE_OF_RESIDUALS = (
+    "These chi-squares are for the noise that readings tell. The best was fitted again with the noise that "
+    "residuals tell; what follows is for that."
+)
+
+
 def how_it_was_fitted(result: GeneralCharacterisation) -> list[str]:
     """Sentences on starts, noise, priors."""
     fit = result.fit
     ends = ", ".join(f"{x:.1f}" for x in fit.starts)
+    again = [NOISE_OF_RESIDUALS] if fit.noise_of_residuals else []
     return [
         f"Least squares over all recordings with role = fit from {len(fit.starts)} "
         f"{'start' if len(fit.starts) == 1 else 'starts'}; chi-square: {ends}. "
         f"{fit.result.status.value}",
+        *again,
         f"Reduced chi-square {number(fit.reduced_chi_square)} over the noise as stated or estimated; "
         f"residuals are correlated over {fit.correlation_time:.1f} samples. Standard errors "
         f"{how_errors_grew(fit.inflation, result.lasting)}.",
