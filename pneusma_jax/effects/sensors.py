@@ -276,17 +276,22 @@ def followed(time: Array, course: Array, lag: Array) -> Array:
     """First-order follower of a signal, of time constant `lag` [s], at rest before the first row; (rows,).
 
     It is exact for a signal that is linear between rows. A lag of 0 changes nothing; its derivative is minus
-    the slope from the row before. Time that stands still, as in padding, lets it wait.
+    the slope from the row before. Time that stands still, as in padding, lets it wait. A row without a number
+    has none here; later rows go on from the last that has one.
     """
-    interval, rise = jnp.diff(time), jnp.diff(course)
 
-    def step(excess: Array, row: tuple[Array, Array]) -> tuple[Array, Array]:
-        still = row[0] <= 0.0
-        after = _lagged_excess(excess, jnp.where(still, 1.0, row[0]), row[1], lag)
+    def step(carry: tuple[Array, Array], row: tuple[Array, Array]) -> tuple[tuple[Array, Array], Array]:
+        excess, before = carry
+        interval, value = row
+        value = jnp.where(jnp.isfinite(value), value, before)
+        rise = jnp.where(jnp.isfinite(before), value - before, 0.0)
+        still = interval <= 0.0
+        after = _lagged_excess(excess, jnp.where(still, 1.0, interval), rise, lag)
         after = jnp.where(still, excess, after)
-        return after, after
+        return (after, value), after
 
-    _, excess = jax.lax.scan(step, begun_as(jnp.zeros_like(course[0]), (time, course, lag)), (interval, rise))
+    first = begun_as((jnp.zeros_like(course[0]), course[0]), (time, course, lag))
+    _, excess = jax.lax.scan(step, first, (jnp.diff(time), course[1:]))
     return course + jnp.concatenate([jnp.zeros_like(course[:1]), excess])
 
 

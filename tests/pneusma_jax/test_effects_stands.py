@@ -12,7 +12,7 @@ from scipy.optimize import brentq
 import pneusma_jax as pj
 from pneusma_jax.effects import find_effect
 from pneusma_jax.effects.phases import REGIONS
-from pneusma_jax.effects.sensors import ahead
+from pneusma_jax.effects.sensors import ahead, followed
 from pneusma_jax.effects.wall import StrainStiffening, ViscoelasticRelaxation
 from pneusma_jax.pipeline import Known
 
@@ -48,6 +48,15 @@ def test_a_soft_load_train_adds_its_own_length(stiffening):
 def test_a_load_cell_on_a_coupon_errs_by_force_over_area():
     moved = seen("E", {"force_calibration.offset": 0.02, "force_calibration.drift": 1e-4})["stress"]
     np.testing.assert_allclose(moved - without("E")["stress"], (0.02 + 1e-4 * TIME) / AREA, rtol=1e-9)
+
+
+@pytest.mark.parametrize("lag", [0.0, 0.5])
+def test_a_row_without_an_answer_leaves_later_rows_of_a_late_channel(lag):
+    """It had made all rows after it NaN, even without a lag."""
+    time, course = jnp.arange(12.0), jnp.sin(jnp.arange(12.0))
+    found = np.asarray(followed(time, course.at[4].set(jnp.nan), jnp.asarray(lag)))
+    assert np.flatnonzero(np.isnan(found)).tolist() == [4]
+    np.testing.assert_allclose(found[8:], followed(time, course, jnp.asarray(lag))[8:], atol=0.02)
 
 
 @pytest.mark.parametrize("filtered", [0.5, 1.0])
