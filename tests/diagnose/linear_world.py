@@ -20,7 +20,19 @@ from fitting.specimens.rows import Rows
 SIGMA = 1e-6
 """1-sigma of the output, m."""
 CONSTANT, ANOTHER, DELAY, SWELLING = "wall_eccentricity", "thick_wall", "channel_lag", "radial_expansion"
-"""Effects of tubes without shapes: one strength, two strengths, and two of one positive strength."""
+"""Effects of tubes: one strength, two strengths, and two of one positive strength. Shapes are left out."""
+
+
+class Strengths(Unknowns):
+    """The base constants and the strengths of effects. A world is linear, so it has no shapes."""
+
+    def __init__(self, base, slugs, letter):
+        super().__init__(base, slugs, letter)
+        self.items = tuple(item for item in self.items if not item.shape)
+        self._places = {slug: [k for k, item in enumerate(self.items) if item.effect == slug] for slug in ("", *slugs)}
+        self.base = np.array(self._places[""], int)
+        self.low, self.high = (np.array([getattr(item, end) for item in self.items]) for end in ("low", "high"))
+        self.neutral = np.zeros(len(self.items))
 
 
 @dataclass(frozen=True)
@@ -82,7 +94,7 @@ class World:
         ]
         names = [f"constant_{j}" for j in range(constants)]
         prior = Prior(1.0, 0.1, -np.inf, np.inf)
-        unknowns = Unknowns(Parameters(*(Parameter(n, 1.0, prior=prior) for n in names)), tuple(self.effects), "T")
+        unknowns = Strengths(Parameters(*(Parameter(n, 1.0, prior=prior) for n in names)), tuple(self.effects), "T")
         stacked = Rows(
             mask=jnp.ones((count, rows), bool), time=jnp.tile(time, (count, 1)), inputs={},
             measured={"length": jnp.asarray(SIGMA * measured)}, weight={"length": jnp.full((count, rows), 1.0 / SIGMA)},
