@@ -84,7 +84,7 @@ def test_outliers_are_looked_for_again_under_the_noise_that_is_found(monkeypatch
              "with_noise_of": lambda p, _: Known(0.05, p.outliers)}  # fmt: skip
     for name, instead in found.items():
         monkeypatch.setattr(base_fit, name, instead)
-    fit = SimpleNamespace(u=np.zeros(1), evaluation=None)
+    fit = SimpleNamespace(u=np.zeros(1), evaluation=None, slugs=())
     monkeypatch.setattr(base_fit, "Refitter", lambda _: SimpleNamespace(fit=lambda *_: fit))
     assert base_fit.fit_with_noise(Known(0.2), fit)[0].outliers == (1,)
 
