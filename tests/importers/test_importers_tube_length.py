@@ -92,3 +92,13 @@ def test_a_size_that_nobody_states_is_asked_about_beside_others(put):
     (said,) = [note for note in checks(import_file(path, make_options(dimensions=stated))) if "the source's" in note]
     assert "length_mm = 56 (the first row has 60 mm at 0 kPa)" in said and "--dimension length_mm=..." in said
     assert not any("the source's" in note for note in checks(import_file(path, make_options(dimensions=[*stated, "length_mm=60"]))))
+
+
+@pytest.mark.parametrize(("headings", "asked"), [("Druck [mbar];Schlauchlänge [mm]", True), ("Schlauchlänge [mm];Druck [mbar]", False)])
+def test_swapped_columns_of_a_tube_are_asked_about(put, headings, asked):
+    """A tube of 80 mm was read as 0.6 to 500 mm long, and nothing asked."""
+    rows = "".join(f"{k};{80 + 3 * k};{0.6 + 50 * k}\n" for k in range(11))
+    read = import_file(put("a.csv", f"Ruhelänge;80;mm\n\nZeit [s];{headings}\n{rows}"), make_options())
+    said = [note for note in checks(read) if "swapped" in note]
+    assert len(said) == asked
+    assert not asked or "row 4 and 6 other rows: length_mm = 0.6, though 80 is the length at rest" in said[0]

@@ -6,9 +6,12 @@ from pathlib import Path
 
 import numpy as np
 
+from pneusma_jax.errors import counted
+
 from . import schema
 from .impossible import refuse_beyond, refuse_first
 from .named_tables import load_named
+from .questions import ask
 from .recording import Recording
 from .table import unusable
 
@@ -115,7 +118,7 @@ pressed tube stretches less: silicone tubes burst first. Units of length differ 
 
 def check_against_sizes(recording: Recording, place: Path | str, rows: Sequence[int]) -> None:
     """Refuse currents that no spring bears; forces, elongations and lengths that no specimen of the stated
-    sizes has."""
+    sizes has. Single lengths of this kind are asked about."""
     stated, geometry = recording.geometry, recording.full_geometry()
     for name in (name for name in recording.known_columns if name.startswith("current")):
         said = f"the wire of a spring melts below {CURRENT_LIMIT_A:g} A"
@@ -135,3 +138,18 @@ def check_against_sizes(recording: Recording, place: Path | str, rows: Sequence[
             said = f"[geometry] length_mm = {rest:g} is the length at rest"
             ends = rest / TIMES_LENGTH, TIMES_LENGTH * rest
             refuse_beyond(recording, "length_mm", ends, said, place, rows)
+        _ask_about_lengths(recording, rest, rows)
+
+
+def _ask_about_lengths(recording: Recording, rest: float, rows: Sequence[int]) -> None:
+    """Ask about lengths that no specimen of this length at rest [mm] has, beside others that it may have."""
+    values = recording.columns["length_mm"]
+    beyond = np.flatnonzero((values < rest / TIMES_LENGTH) | (values > TIMES_LENGTH * rest))
+    if beyond.size:
+        first = beyond[0]
+        others = f" and {counted(beyond.size - 1, 'other row')}" if beyond.size > 1 else ""
+        ask(
+            recording,
+            f"check: row {rows[first]}{others}: length_mm = {values[first]:g}, though {rest:g} is the length"
+            " at rest: are the headings of two columns swapped, or are these no readings?",
+        )
