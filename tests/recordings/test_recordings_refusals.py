@@ -274,3 +274,14 @@ def test_what_a_specimen_of_the_stated_sizes_cannot_have(put, table, sidecar, sa
 )
 def test_what_a_specimen_of_the_stated_sizes_can_have(put, table, sidecar):
     assert len(read_recording(put(table, sidecar))) >= 2
+
+
+def test_a_column_under_a_name_of_its_own_is_named_where_one_is_missing(put):
+    """`Kraft_N` in place of `force_N` was refused, and nothing said that the file has a column that nobody knows."""
+    text = "time_s,elongation_mm,Kraft_N,resistance_ohm\n0,0,0,3.7\n"
+    message = refusal(read_recording, put(text, 'kind = "spring"'))
+    assert "needs the column force_N; not recognised: 'Kraft_N'; rename it if it is one of these" in message
+    message = refusal(read_recording, put(text.replace("Kraft_N", "force_N").replace("resistance_ohm", "R2"), 'kind = "spring"'))
+    assert message.endswith("columns resistance_ohm, temperature_degC; not recognised: 'R2'; rename it if it is one of these")
+    message = refusal(read_recording, put(text.replace("Kraft_N,", "").replace("0,0,0,", "0,0,"), 'kind = "spring"'))
+    assert "not recognised" not in message

@@ -2,7 +2,7 @@
 
 import difflib
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -199,21 +199,32 @@ def _check_present(table: Table, kind: str, assigned: set[str], unknown: list[st
     rules = schema.KINDS[kind].columns
     for canonical in rules.required:
         if canonical not in assigned:
-            close = difflib.get_close_matches(canonical, unknown, n=1, cutoff=0.6)
-            hint = f"; perhaps it is the one named {close[0]!r}" if close else ""
-            if any(re.search(r"[\[(/]", name) for name in unknown):
-                hint += "; `pneusma import` reads headings with units, and makes a recording of them"
             raise unusable(
                 table.path,
-                f"a recording of kind {kind} needs the column {canonical}{hint}{_remark(table, kind)}. What"
-                " did"
-                f" not change may be stated in the sidecar instead: [constant] {canonical} = ...",
+                f"a recording of kind {kind} needs the column {canonical}{_perhaps([canonical], unknown)}"
+                f"{_remark(table, kind)}. What did not change may be stated in the sidecar instead:"
+                f" [constant] {canonical} = ...",
             )
     if rules.one_of and not any(canonical in assigned for canonical in rules.one_of):
         raise unusable(
             table.path,
-            f"a recording of kind {kind} needs one or more of the columns {', '.join(rules.one_of)}",
+            f"a recording of kind {kind} needs one or more of the columns {', '.join(rules.one_of)}"
+            f"{_perhaps(rules.one_of, unknown)}",
         )
+
+
+def _perhaps(lacking: Sequence[str], unknown: Sequence[str]) -> str:
+    """Remark that a column may be meant that has a name of its own: one that is spelt alike, else all."""
+    close = [name for one in lacking for name in difflib.get_close_matches(one, unknown, n=1, cutoff=0.6)]
+    if close:
+        hint = f"; perhaps it is the one named {close[0]!r}"
+    elif unknown:
+        hint = f"; not recognised: {', '.join(map(repr, unknown))}; rename it if it is one of these"
+    else:
+        return ""
+    if any(re.search(r"[\[(/]", name) for name in unknown):
+        hint += "; `pneusma import` reads headings with units, and makes a recording of them"
+    return hint
 
 
 def _remark(table: Table, kind: str) -> str:
