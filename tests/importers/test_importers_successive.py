@@ -189,3 +189,26 @@ def test_each_file_is_opened_once(put, monkeypatch):
     paths = [pull(put, name, 20.0) for name in ("a.csv", "b.csv")]
     joined(paths)
     assert opened == paths
+
+
+HEADER = "Gauge length (mm),50\nCross-section (mm2),20\n{}\n\n"
+
+
+@pytest.mark.parametrize(
+    ("one", "two", "pause"),
+    [
+        ("Datum;03.11.2026 09:10", "Datum;03.11.2026 10:10", 3590.0), ("Test date: 2026-11-03 09:10:00", "Test date: 2026-11-03 09:11:00", 50.0),
+        ("Prüfdatum: 03.11.2026\nUhrzeit: 23:59 Uhr", "Prüfdatum: 04.11.2026\nUhrzeit: 00:00 Uhr", 50.0),
+        ("Datum;03.11.2026 09:10", "Datum;03.11.2026 09:10", None), ("Datum;03.11.2026 09:10", "Datum;03.11.2026 08:10", None),
+        ("Datum;03.11.2026", "Datum;04.11.2026", None), ("Kalibrierdatum;03.11.2026 09:10", "Kalibrierdatum;04.11.2026 09:10", None),
+        ("Date: 01/02/2026 09:10", "Date: 01/02/2026 10:10", None), ("Operator: A", "Date: 2026-11-03 10:10", None),
+    ],
+)  # fmt: skip
+def test_the_pause_that_lines_of_both_files_state_is_counted(put, one, two, pause):
+    """Tests an hour apart followed each other by one step: a relaxed silicone then contradicted every law."""
+    paths = [pull(put, name, 20.0, preamble=HEADER.format(line.replace(";", ","))) for name, line in (("a.csv", one), ("b.csv", two))]
+    recording = joined(paths)
+    (said,) = [note for note in recording.notices if "counted on from there" in note]
+    assert recording.columns["time_s"][21] == pytest.approx(10.0 + (pause or 0.5))
+    assert (f"{pause:g} s later, by " in said and "right if both state the begin" in said) if pause else "pause is not known" in said
+    assert ("before that end" in said) == (two.endswith(("09:10", "08:10")) and one.startswith("Datum;03"))

@@ -20,6 +20,7 @@ from .formats import format_or_error
 from .options import Options
 from .parts import Sample, samples_of
 from .raw import formulas_without_values, open_raw
+from .start_lines import stated_begin
 from .successive import joined
 
 MOST_TITLES = 12
@@ -254,7 +255,8 @@ def _one_of_all(paths: Sequence[Path], made: Sequence[Made], options: Options) -
             )  # fmt: skip
     origins = [_clock_origin(one.sample, options) for one in made]
     recordings, sizes = [one.recording for one in made], [one.sample.sizes for one in made]
-    return joined(recordings, sizes, options.specimen, origins)
+    begins = [stated_begin(one.sample.require_grid()) for one in made]
+    return joined(recordings, sizes, options.specimen, origins, begins)
 
 
 def _clock_origin(sample: Sample, options: Options) -> float | None:

@@ -15,6 +15,7 @@ from ..recordings import Recording, check_recording, schema
 from ..recordings.table import unusable
 from .sizes import CONSTANTS, SAME, Sizes
 from .specimen_sizes import area_of
+from .start_lines import Begin
 from .starts import AT_START, BEGINS
 
 _FOR_ONE_FILE = ("--subtract", "--scale")
@@ -28,11 +29,12 @@ def joined(
     sizes: Sequence[Sizes],
     specimen: str | None,
     origins: Sequence[float | None] = (),
+    begins: Sequence[Begin | None] = (),
 ) -> Recording:
     """One recording of several, one after the other in the order given.
 
-    The clock goes on where a file begins later than the one before ends. Else it is counted on from there, a
-    median step later. So is a column that counts cycles.
+    The clock goes on where a file begins later than the one before ends. Else it is counted on from there:
+    after the pause that lines of both files state, or else a median step later. So is a column of cycles.
 
     Args:
         recordings: one of each file.
@@ -40,6 +42,7 @@ def joined(
         specimen: name of the specimen; None takes the one that all files name, else the first one's.
         origins: moment of 0 s of each file's clock, on one calendar [s]; None where no date states it. Empty
             if no file has a date.
+        begins: begin of each test by a line of its file; None where no line states it. Empty if none does.
 
     Returns:
         The recording. Its notices say what was joined, and how the times go on.
@@ -58,7 +61,8 @@ def joined(
     columns = {name: np.concatenate([r.columns[name] for r in recordings]) for name in first.columns}
     said = [_order(recordings)]
     if "time_s" in columns:
-        columns["time_s"], how = _counted_on(recordings, origins or [None] * len(recordings))
+        none = [None] * len(recordings)
+        columns["time_s"], how = _counted_on(recordings, origins or none, begins or none)
         said += how
     if "cycle" in columns:
         columns["cycle"] = _cycles(recordings)
@@ -158,7 +162,7 @@ def _name(recording: Recording) -> str:
 
 
 def _counted_on(
-    recordings: Sequence[Recording], origins: Sequence[float | None]
+    recordings: Sequence[Recording], origins: Sequence[float | None], begins: Sequence[Begin | None]
 ) -> tuple[np.ndarray, list[str]]:
     """Times of all files on one clock [s], and notices about each seam.
 
@@ -167,7 +171,7 @@ def _counted_on(
     """
     parts, said = [recordings[0].columns["time_s"]], []
     zero = origins[0]  # moment of 0 s of the joined clock, as far as dates state it
-    for recording, origin in zip(recordings[1:], origins[1:], strict=True):
+    for k, (recording, origin) in enumerate(zip(recordings[1:], origins[1:], strict=True), start=1):
         time, end = recording.columns["time_s"], float(np.nanmax(parts[-1]))
         dated = zero is not None and origin is not None
         if zero is not None and origin is not None:
@@ -185,16 +189,41 @@ def _counted_on(
                 _place(recording), f"by its dates it begins {end - begin:.6g} s before the end of the file"
                 " before; name the files in the order of the tests",
             )  # fmt: skip
-        steps = np.diff(time[np.isfinite(time)])
-        step = float(np.median(steps[steps > 0.0])) if (steps > 0.0).any() else 0.0
+        pause, how = _pause(recordings[k - 1], recording, begins[k - 1], begins[k])
         said.append(
             f"check: {_name(recording)} begins at {begin:g} s, and the one before ends at {end:g} s. Its"
-            f" times were counted on from there, one step of {step:.3g} s later. The true pause is not known,"
-            " so nothing that heals in it can be judged"
+            f" times were counted on from there, {how}"
         )
         zero = None  # times after this seam are no longer those of any calendar
-        parts.append(time - begin + end + step)
+        parts.append(time - begin + end + pause)
     return np.concatenate(parts), said
+
+
+def _pause(
+    before: Recording, recording: Recording, earlier: Begin | None, later: Begin | None
+) -> tuple[float, str]:
+    """Pause between two files whose clocks begin anew [s], and the words of a notice about it.
+
+    It is the one that lines of both files state. Where none do, or where it would be negative, it is a median
+    step of the later file.
+    """
+    times = [one.columns["time_s"][np.isfinite(one.columns["time_s"])] for one in (before, recording)]
+    stated = ""
+    if earlier is not None and later is not None:
+        pause = later.moment - earlier.moment - float(np.ptp(times[0]))
+        stated = f"by {earlier.said!r} and {later.said!r}"
+        if pause > 0.0:
+            return pause, (
+                f"{pause:.6g} s later, {stated}: right if both state the begin of a test. A specimen that had"
+                " recovered begins anew: import such files without --successive, under one --specimen"
+            )
+        stated = f" ({stated} it begins {-pause:.6g} s before that end)"
+    steps = np.diff(times[1])
+    step = float(np.median(steps[steps > 0.0])) if (steps > 0.0).any() else 0.0
+    return step, (
+        f"one step of {step:.3g} s later. The true pause is not known{stated}, so nothing that heals in it"
+        " can be judged"
+    )
 
 
 def _cycles(recordings: Sequence[Recording]) -> np.ndarray:
