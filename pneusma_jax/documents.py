@@ -41,7 +41,7 @@ def parse_toml(text: str, path: Path | str) -> dict[str, Any]:
     try:
         document = tomllib.loads(text.removeprefix("\ufeff"))
     except ValueError as error:  # also of an integer with thousands of digits
-        raise InputError(f"{path}: not a TOML file: {error}") from None
+        raise InputError(f"{path}: not a TOML file: {error}{_decimal_comma(text, error)}") from None
     for key, number, depth in _entries(document):
         if depth > MOST_NESTED:  # dotted keys nest without brackets
             raise deep
@@ -50,6 +50,14 @@ def parse_toml(text: str, path: Path | str) -> dict[str, Any]:
                 f"{path}: key {key!r}: an integer of {len(str(abs(number)))} digits is none of TOML's"
             )
     return document
+
+
+def _decimal_comma(text: str, error: ValueError) -> str:
+    """What would be right where the error is in a line whose number has a decimal comma; else nothing."""
+    place = re.search(r"at line (\d+)", str(error))
+    line = text.split("\n")[int(place[1]) - 1] if place else ""
+    found = re.search(r"=\s*([-+]?\d+),(\d+)\s*(?:#.*)?$", line.rstrip())
+    return f"; a number has a decimal point: {found[1]}.{found[2]}" if found else ""
 
 
 def _depth(text: str) -> int:

@@ -245,7 +245,10 @@ def test_a_file_that_is_not_toml(tmp_path):
     path.write_text('name = "x"\nthis is no TOML\n', encoding="utf-8")
     message = refusal(path)
     assert "not a TOML file" in message
-    assert "line 2" in message
+    assert "line 2" in message and "decimal" not in message
+    for line in ("b = 0,03", "b = -0,03  # 3 %\r"):
+        path.write_text(f'name = "x"\n{line}\nc = 1\n', encoding="utf-8", newline="")
+        assert refusal(path).endswith("a number has a decimal point: " + line.split()[2].replace(",", "."))
 
 
 def test_an_unknown_name():
