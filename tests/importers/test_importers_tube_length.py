@@ -102,3 +102,11 @@ def test_swapped_columns_of_a_tube_are_asked_about(put, headings, asked):
     said = [note for note in checks(read) if "swapped" in note]
     assert len(said) == asked
     assert not asked or "row 4 and 6 other rows: length_mm = 0.6, though 80 is the length at rest" in said[0]
+
+
+def test_the_silicone_that_is_assumed_of_a_tube_is_named(put):
+    """Only the verdict of a diagnosis had said so, after a wall had been fitted to another silicone."""
+    sizes = "Outer diameter: 12 mm\nWall thickness: 1.2 mm\nRest length: 80 mm\n\n"
+    read = import_file(put("a.csv", sizes + table("Length (mm)").replace(",0.", ",80.").replace(",1.", ",81.")), make_options())
+    (said,) = [note for note in read.notices if "material" in note]
+    assert 'material = "dragon_skin_10_fast" is assumed' in said and 'material = "fit"' in said and "material" not in read.geometry
