@@ -81,11 +81,12 @@ def propagate(
     Raises:
         InputError: for a study that cannot be, a folder with chunks of another study, or a disk that refuses.
     """
+    began = time.monotonic()  # the nominal row compiles the program
     problem = study if isinstance(study, Problem) else build_problem(read_study(study))
     if not np.all(np.isfinite(problem.nominal)):
         problem = _without_nominal(problem)
     store = open_store(problem, Path(folder), resume, force)
-    tasks, began = problem.tasks, time.monotonic()
+    tasks = problem.tasks
     missing = set(store.missing(tasks))
     rows = sum(task.size for k, task in enumerate(tasks) if k in missing)
     if progress is None:

@@ -218,3 +218,10 @@ def test_a_disk_that_refuses_in_mid_run_ends_in_one_line_and_resume_leaves_the_s
     assert CliRunner().invoke(main, ["propagate", str(path), "--out", str(out), "--resume"]).exit_code == 0
     propagate(path, tmp_path / "whole")
     assert contents(out) == contents(tmp_path / "whole")
+
+
+def test_the_time_of_a_study_holds_that_of_its_first_row(write, tmp_path, monkeypatch):
+    """The row at the nominal values compiles the program. 64 rows took 48 s, and 0 s were told with compiling."""
+    problem = build_problem(read_study(write(SMALL)))
+    monkeypatch.setattr("fitting.propagate.result.time.monotonic", lambda: 40.0 if "nominal" in problem.__dict__ else 0.0)
+    assert propagate(problem, tmp_path / "out").seconds == 40.0
