@@ -45,8 +45,8 @@ def geometry_of_sidecar(of_format: Mapping[str, object], making: Making) -> dict
     elif kind == "tube" and "material" not in geometry:
         assumed = nominal_geometry(kind, geometry)["material"]
         notices.append(
-            f'material = "{assumed}" is assumed, since nobody states the silicone: name yours under [geometry]'
-            ' of the sidecar or of campaign.toml, or write material = "fit" to identify it'
+            f'material = "{assumed}" is assumed, since nobody states the silicone: name yours under'
+            ' [geometry] of the sidecar or of campaign.toml, or write material = "fit" to identify it'
         )
     return geometry
 
