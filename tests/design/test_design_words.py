@@ -1,6 +1,7 @@
 """What a study says of its design: targets, sensitivities, limits of zero, optima inside all limits."""
 
 import re
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -168,3 +169,13 @@ def test_what_limits_leave_of_a_gradient_is_told_in_short_sentences(left, balanc
 def test_the_dimensions_that_a_study_begins_at_are_those_of_the_tables_or_of_its_model():
     found = [whose(SimpleNamespace(study=SimpleNamespace(model=one))) for one in (BASE, AugmentedModel(name="mine.toml"))]
     assert found == ["the tables'", "the model mine.toml's"]
+
+
+@pytest.mark.slow
+def test_the_page_s_python_finds_the_wall_that_it_says():
+    page = (Path(__file__).parents[2] / "docs" / "design.md").read_text(encoding="utf-8")
+    section = page.partition("## In Python")[2].partition("## How it works")[0]
+    exec(re.search(r"```python\n(.*?)```", section, re.DOTALL)[1], scope := {})
+    by_wall, by_wire = map(float, scope["slopes"])
+    assert f"{1e-3 * by_wall:.1f} 1/m for 1 mm of wall and by {1e-5 * by_wire:.2f} 1/m for 0.01 mm" in " ".join(section.split())
+    assert f"A wall of {scope['found'].x[0]:.3f} mm" in section
