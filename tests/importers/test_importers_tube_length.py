@@ -110,3 +110,10 @@ def test_the_silicone_that_is_assumed_of_a_tube_is_named(put):
     read = import_file(put("a.csv", sizes + table("Length (mm)").replace(",0.", ",80.").replace(",1.", ",81.")), make_options())
     (said,) = [note for note in read.notices if "material" in note]
     assert 'material = "dragon_skin_10_fast" is assumed' in said and 'material = "fit"' in said and "material" not in read.geometry
+
+
+def test_no_length_at_rest_is_asked_for_that_the_file_states(put):
+    said = refusal(put("a.csv", "Rest length;80;mm\n\n" + table("Elongation (mm)").replace(",", ";")))
+    assert said.endswith("Of a tube: --kind tube")
+    options = make_options(kind="tube")
+    assert import_file(put("a.csv", "Rest length;80;mm\n\n" + table("Elongation (mm)").replace(",", ";")), options).columns["length_mm"][0] == 80.0

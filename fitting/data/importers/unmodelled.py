@@ -77,7 +77,9 @@ def unmodelled(sample: Sample, channels: dict[str, Channel]) -> UnmodelledTest |
         other = " and ".join(sorted(channels.keys() & {"force", "elongation", "strain"}))
         sentence = _sentence(f"pressure with {other} is that of a muscle, piston or membrane")
         if other == "elongation":
-            sentence += ". Of a tube: --kind tube, and its length at rest, --dimension length_mm=..."
+            stated = sample.sizes.keys() & {"length_mm", "free_length_mm", "length"}
+            sentence += ". Of a tube: --kind tube"
+            sentence += "" if stated else ", and its length at rest, --dimension length_mm=..."
         elif "strain" in channels:
             sentence += "; of a tube write its length in mm into the file: that at rest, times 1 + strain"
             if "force" not in channels:
