@@ -54,7 +54,7 @@ def fitted():
         parameters = Parameters()
         for name, value in (("a", a), ("b", b)):
             parameters.add(name, value, prior=Prior(value, 5.0))
-        recording = SimpleNamespace(role="fit", kind="curve")
+        recording = SimpleNamespace(role="fit", kind="curve", has=lambda name: True, noise_si=lambda name: SIGMA)
         return fit_campaign([recording], [rows], parameters, 1, 0, lambda _: None, model)
 
     return of

@@ -47,7 +47,7 @@ def test_residuals_tell_noise_that_readings_do_not(correlation):
             error[k] = correlation * error[k - 1] + np.sqrt(1.0 - correlation**2) * error[k]
         slow = 5e-3 * np.sin(np.linspace(0.0, 4.0, len(error)))
         predicted.append({"length": one.measured["length"] - 1e-3 * error - slow})
-    told = with_noise_of_residuals(campaign.recordings, rows, predicted)
+    told = with_noise_of_residuals(campaign.recordings, rows, lambda: predicted)
     sizes = [float(np.median(1.0 / one.weight["length"])) for one in told]
     assert min(sizes) == pytest.approx(1e-3, rel=0.3)
 
@@ -56,7 +56,7 @@ def test_a_stated_noise_is_not_told_anew():
     campaign = silent("length_mm")
     rows = TUBE.rows_for(campaign)
     predicted = [{"length": one.measured["length"] + 1e-2} for one in rows]
-    told = with_noise_of_residuals(campaign.recordings, rows, predicted)
+    told = with_noise_of_residuals(campaign.recordings, rows, lambda: predicted)
     assert all(one is other for one, other in zip(told, rows, strict=True))
 
 

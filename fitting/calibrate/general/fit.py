@@ -245,7 +245,7 @@ def _settled(
     """
     reduced = float(result.reduced_chi_square or np.nan)
     fit = GeneralFit(recordings, tuple(rows), model, result, ends, reduced, 1.0, 1.0)
-    told = with_noise_of_residuals(recordings, rows, fit.predict())
+    told = with_noise_of_residuals(recordings, rows, fit.predict)
     if any(one is not other for one, other in zip(told, rows, strict=True)):
         progress("with the noise that residuals tell")
         result = _fit(model, recordings, told, result.parameters.at(result.values), 1, 0)

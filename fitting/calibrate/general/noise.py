@@ -6,7 +6,7 @@ misses the recordings still does. A diagnosis judges by such noise, too (`with_n
 that judge one model by two noises would contradict each other.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import equinox as eqx
 import numpy as np
@@ -23,8 +23,10 @@ FEWEST = 12
 
 
 def with_noise_of_residuals(
-    recordings: Sequence[Recording], rows: Sequence[Rows], predicted: Sequence[Mapping[str, np.ndarray]]
-) -> list[Rows]:
+    recordings: Sequence[Recording],
+    rows: Sequence[Rows],
+    predict: Callable[[], Sequence[Mapping[str, np.ndarray]]],
+) -> Sequence[Rows]:
     """Recordings whose unstated noise is at least what the residuals of a model tell.
 
     All fitted recordings of an output tell one noise: they were read by one instrument.
@@ -32,8 +34,12 @@ def with_noise_of_residuals(
     Args:
         recordings: recordings as they were read, or reduced.
         rows: the same as arrays.
-        predicted: outputs of the model in every recording, SI, (rows,) each, NaN without an answer.
+        predict: gives outputs of the model in every recording, SI, (rows,) each, NaN without an answer. It is
+            called only where a noise is not stated.
     """
+    if not any(_unstated(recording, one) for recording, one in zip(recordings, rows, strict=True)):
+        return rows
+    predicted = predict()
     told: dict[str, list[tuple[np.ndarray, float]]] = {}
     for recording, one, found in zip(recordings, rows, predicted, strict=True):
         if recording.role == "fit" and chosen_readings(reduced(recording, MOST_ROWS)) is None:
@@ -47,9 +53,14 @@ def with_noise_of_residuals(
     ]
 
 
+def _unstated(recording: Recording, rows: Rows) -> list[str]:
+    """Outputs of a recording whose noise nobody states."""
+    return [n for n in rows.weight if recording.has(n) and not recording.noise_si(n)]
+
+
 def _silent(recording: Recording, rows: Rows, predicted: Mapping[str, np.ndarray]) -> list[str]:
     """Outputs of a recording that the model predicts and whose noise nobody states."""
-    return [n for n in rows.weight if n in predicted and recording.has(n) and not recording.noise_si(n)]
+    return [n for n in _unstated(recording, rows) if n in predicted]
 
 
 def _residuals(rows: Rows, name: str, predicted: np.ndarray) -> tuple[np.ndarray, float] | None:
