@@ -15,6 +15,7 @@ from fitting.specimens import Specimen, specimen_of
 from fitting.specimens.actuator import BendingActuator
 from fitting.specimens.cautions import actuator_cautions, spring_cautions, statuses, touching_angle
 from fitting.specimens.model_objects import BASE, actuator_of, full_geometry, gravity_of, place, spring_of
+from fitting.specimens.row_builders import interpolated
 from fitting.specimens.saved_models import AugmentedModel
 from fitting.specimens.simulation import simulated
 from fitting.specimens.spring import SpringOnStand
@@ -139,9 +140,8 @@ def _read_by_effects(
     found = {}
     for name in names:
         values = recording.si(name)[complete]
-        finite = np.isfinite(values)
-        if name not in inputs and finite.any():
-            found[name] = np.interp(inputs["time"], inputs["time"][finite], values[finite])
+        if name not in inputs and np.isfinite(values).any():
+            found[name] = interpolated(inputs["time"], inputs["time"], values)
     return found
 
 

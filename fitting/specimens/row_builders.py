@@ -93,3 +93,15 @@ def smooth(columns: dict[str, np.ndarray], name: str, options: RowOptions = FITT
     time, values = columns["time"], denoised(columns["time"], columns[name])
     finite = np.isfinite(values)
     return np.interp(time, time[finite], values[finite])
+
+
+def interpolated(time: np.ndarray, read_at: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """A column at other times than those of its readings, linear between them; NaN where nothing was read.
+
+    Args:
+        time: times that are asked for [s], shape (rows,).
+        read_at: times of the readings [s], shape (readings,).
+        values: the readings, NaN where one is missing, shape (readings,).
+    """
+    there = np.isfinite(read_at) & np.isfinite(values)
+    return np.interp(time, read_at[there], values[there]) if there.any() else np.full(len(time), np.nan)

@@ -17,6 +17,7 @@ from pneusma_jax.nitinol import Alloy, Spring, SpringGeometry
 from . import priors
 from .model_objects import geometry_of
 from .reduction import reduced
+from .row_builders import interpolated
 from .rows import Rows
 from .specimen import FITTED, RowOptions
 
@@ -104,9 +105,7 @@ def _temperature(recording: Recording, time: np.ndarray) -> np.ndarray:
     """Recorded temperature at these times [degC], linear between readings; NaN where there is none."""
     if not recording.has("temperature"):
         return np.full(len(time), np.nan)
-    seen, degrees = recording.si("time"), recording.si("temperature")
-    there = np.isfinite(seen) & np.isfinite(degrees)
-    return np.interp(time, seen[there], degrees[there]) if there.any() else np.full(len(time), np.nan)
+    return interpolated(time, recording.si("time"), recording.si("temperature"))
 
 
 def _loading(elongation: np.ndarray) -> np.ndarray:

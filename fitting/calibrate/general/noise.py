@@ -29,7 +29,8 @@ def with_noise_of_residuals(
 ) -> Sequence[Rows]:
     """Recordings whose unstated noise is at least what the residuals of a model tell.
 
-    All fitted recordings of an output tell one noise: they were read by one instrument.
+    All fitted recordings of an output tell one noise: they were read by one instrument. Rows that were chosen
+    among more lie apart, and slow misfit would pass for scatter. So such recordings are not asked.
 
     Args:
         recordings: recordings as they were read, or reduced.
@@ -64,10 +65,7 @@ def _silent(recording: Recording, rows: Rows, predicted: Mapping[str, np.ndarray
 
 
 def _residuals(rows: Rows, name: str, predicted: np.ndarray) -> tuple[np.ndarray, float] | None:
-    """Residuals of an output that count, and the size of their white noise, SI; None where there are few.
-
-    Rows that were chosen among more lie apart, and slow misfit would pass for scatter. So they are not asked.
-    """
+    """Residuals of an output that count, and the size of their white noise, SI; None where there are few."""
     there = (np.asarray(rows.weight[name]) > 0.0) & np.isfinite(predicted)
     if there.sum() < FEWEST:
         return None

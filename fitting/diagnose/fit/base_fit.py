@@ -165,12 +165,19 @@ def fit_with_noise(program: Program, fit: Fit) -> tuple[Program, Fit]:
         program: program of the campaign.
         fit: base model, or one with effects.
     """
-    for _ in range(BASE_FIT.noise_rounds):
+    program, fit = _with_noise(program, fit)
+    return program, Refitter(program).fit(fit.slugs, fit.u)
+
+
+def _with_noise(program: Program, fit: Fit) -> tuple[Program, Fit]:
+    """See `fit_with_noise`, with the fit that the last noise was told about."""
+    for left in reversed(range(BASE_FIT.noise_rounds)):
         program = without_outliers(program, fit.evaluation)  # under the noise that is known so far
         program = with_noise_of(program, fit.evaluation).prepared(fit.u, fit.evaluation)
         if program.process_noise.shape[1]:
             program.count_input_noise(fit.u)
-        fit = Refitter(program).fit(fit.slugs, fit.u)
+        if left:
+            fit = Refitter(program).fit(fit.slugs, fit.u)
     return program, fit
 
 
@@ -189,7 +196,7 @@ def quieter_beside(program: Program, fit: Fit) -> Program | None:
     """
     if not fit.slugs or program.noise_stated:
         return None
-    other, _ = fit_with_noise(program, fit)
+    other, _ = _with_noise(program, fit)
     channels = zip(program.recordings, program.bare, other.bare, strict=True)
     ratios = [
         float(np.median(before.sigma[there]) / np.median(after.sigma[there]))
