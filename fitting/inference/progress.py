@@ -244,6 +244,9 @@ class Steps(Display):
 class Stages:
     """Words of work in stages: which of how many runs, and which of its parts begins.
 
+    A stage never goes back. Where a later one finds that an earlier one must go on, its parts count as the
+    later one's and are told as `again`: `stage 3 of 4, fit again 1`.
+
     Args:
         progress: called with the words, as `Steps` is.
         units: what is counted in each stage, in the order of the stages: `"fit"`, `"profile"`.
@@ -251,6 +254,7 @@ class Stages:
 
     def __init__(self, progress: Callable[[str], None], units: Sequence[str]):
         self._progress, self._units = progress, tuple(units)
+        self._reached = 0
 
     def of(self, unit: str, total: int | None = None) -> Callable[[str], None]:
         """What a stage calls with a word for each part that begins.
@@ -262,9 +266,16 @@ class Stages:
         Raises:
             ValueError: if there is no such stage.
         """
-        stage, begun = f"stage {self._units.index(unit) + 1} of {len(self._units)}", itertools.count(1)
+        own, begun = self._units.index(unit), itertools.count(1)
         of_all = "" if total is None else f" of {total}"
-        return lambda word: self._progress(f"{stage}, {unit} {next(begun)}{of_all}: {word}")
+
+        def told(word: str) -> None:
+            again = " again" if own < self._reached else ""
+            self._reached = max(self._reached, own)
+            stage = f"stage {self._reached + 1} of {len(self._units)}"
+            self._progress(f"{stage}, {unit}{again} {next(begun)}{of_all}: {word}")
+
+        return told
 
 
 def duration(seconds: float) -> str:

@@ -14,14 +14,8 @@ from fitting.diagnose import run
 from fitting.diagnose.evaluate.program import Program
 from fitting.diagnose.fit import misread
 from fitting.diagnose.fit.base_fit import base_fit
-from fitting.diagnose.fit.misread import (
-    Misread,
-    _of_springs,
-    confused_pairs,
-    factors_of,
-    misread_in,
-    scaled,
-)
+from fitting.diagnose.fit.confused_units import confused_pairs, factors_of, units_of
+from fitting.diagnose.fit.misread import Misread, _of_springs, misread_in, scaled
 from fitting.diagnose.settings import DEFAULT
 from fitting.inference.parallel import RUNS
 from fitting.inference.readings import readings_of
@@ -120,7 +114,7 @@ def test_psi_read_as_bar_are_asked_about_as_such(asked):
     ],
 )
 def test_a_factor_is_named_by_the_units_that_it_leads_between(column, factor, units):
-    named = misread.units_of(column, factor)
+    named = units_of(column, factor)
     assert named == units or units in re.split(", | or ", named)
     assert not units or any(np.isclose(factor, known, rtol=1e-5) for known in factors_of(column))
 
@@ -135,7 +129,7 @@ def test_every_pair_of_confused_units_is_tried_and_named(column, ratio, meant, s
     tried = [factor for factor in factors_of(column) if factor > 0.0]
     nearest = min(tried, key=lambda factor: abs(np.log(factor / ratio)))
     assert nearest == pytest.approx(ratio, rel=DEFAULT.share.alike)
-    assert f"{words.get(meant, meant)} read as {words.get(stated, stated)}" in misread.units_of(column, nearest)
+    assert f"{words.get(meant, meant)} read as {words.get(stated, stated)}" in units_of(column, nearest)
 
 
 def test_confused_units_are_those_of_laboratories():
@@ -161,7 +155,7 @@ def test_confused_units_are_those_of_laboratories():
     ],
 )
 def test_a_slip_that_is_hardly_told_from_another_one_names_both(column, factor, units):
-    assert misread.units_of(column, factor) == units
+    assert units_of(column, factor) == units
 
 
 def asked_of_wires(column, factor, count=2):

@@ -34,6 +34,20 @@ def test_noise_about_a_constant_temperature_and_heating_alone_are_no_cooling():
         assert np.all(cooling_rates({"temperature": values[None], "pressure": values[None]}, rows()) == 0.0)
 
 
+@pytest.mark.parametrize("seed", range(20))
+def test_the_steepest_rise_is_that_of_all_pairs_of_rows(seed):
+    """Rows may share a moment; the rise is then between rows of other moments."""
+    rng = np.random.default_rng(seed)
+    time = np.sort(rng.choice([rng.uniform(0.0, 9.0, 40), rng.integers(0, 9, 40).astype(float)]))
+    values = np.cumsum(rng.normal(size=40)) if seed % 3 else np.round(rng.normal(size=40))
+    half = 0.5 * np.max(values - np.minimum.accumulate(values))
+    rise, apart = values[None, :] - values[:, None], time[None, :] - time[:, None]
+    pairs = (rise >= half) & (apart > 0.0)
+    expected = np.max(half / apart[pairs]) if pairs.any() else np.inf
+    assert next_experiment._steepest_rise(time, values, 0.0) == expected
+    assert next_experiment._steepest_rise(np.zeros(40), values, 0.0) == np.inf
+
+
 @pytest.fixture
 def proposed(monkeypatch):
     """The design for a recording whose temperature follows a course, where shorter repetitions tell more."""

@@ -159,6 +159,8 @@ def test_stages_say_which_of_how_many_runs_and_which_part_of_it_begins():
     ]  # fmt: skip
     with pytest.raises(ValueError, match="not in tuple"):
         stages.of("law")
+    stages.of("fit")("from a profile")
+    assert lines[-1] == "stage 2 of 2, fit again 1: from a profile"
 
 
 def test_plain_steps_have_no_count_of_their_own_in_a_log(clock, capsys):

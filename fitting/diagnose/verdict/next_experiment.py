@@ -5,6 +5,7 @@ as far as the recordings leave it free. A repetition that no laboratory can make
 cools as fast as its surroundings let it, and the recordings show how fast that is.
 """
 
+from collections import deque
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 
@@ -106,15 +107,28 @@ def cooling_rates(drivers: Mapping[str, np.ndarray], stacked: Rows) -> np.ndarra
 
 
 def _steepest_rise(time: np.ndarray, values: np.ndarray, least: float) -> float:
-    """Rate over the fastest half of the largest rise of a series [1/s]; 0 where that is less than `least`."""
+    """Rate over the fastest half of the largest rise of a series [1/s]; 0 where that is less than `least`.
+
+    It is infinite where no clock passes during the rise. The time is that of sorting the rows.
+    """
     if len(values) < 2:
         return 0.0
     largest = float(np.max(values - np.minimum.accumulate(values)))
     if largest < least:
         return 0.0
-    rise, apart = values[None, :] - values[:, None], time[None, :] - time[:, None]
-    enough = (rise >= 0.5 * largest) & (apart > 0.0)
-    return float(np.max(0.5 * largest / apart[enough])) if enough.any() else np.inf
+    moments, at = np.unique(time, return_inverse=True)
+    lows, highs = np.full(len(moments), np.inf), np.full(len(moments), -np.inf)
+    np.minimum.at(lows, at, values)
+    np.maximum.at(highs, at, values)
+    shortest, starts = np.inf, deque[int]()
+    for end, (low, high) in enumerate(zip(lows, highs, strict=True)):
+        while starts and high - lows[starts[0]] >= 0.5 * largest:
+            # From here no later end is nearer.
+            shortest = min(shortest, float(moments[end] - moments[starts.popleft()]))
+        while starts and lows[starts[-1]] >= low:
+            starts.pop()  # a later start that is lower is nearer to whatever follows
+        starts.append(end)
+    return float(0.5 * largest / shortest) if np.isfinite(shortest) else np.inf
 
 
 def _possible(rates: np.ndarray, recorded: np.ndarray) -> np.ndarray:
