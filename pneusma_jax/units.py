@@ -89,7 +89,8 @@ def _table() -> dict[str, Unit]:
         "density": {"kg/m3": 1.0, "g/cm3": 1e3},
         "force": {
             "N": 1.0, "uN": 1e-6, "mN": 1e-3, "cN": 1e-2, "daN": 10.0, "kN": 1e3, "dyn": 1e-5,
-            "lbf": _POUND, "ozf": _POUND / 16.0, "kip": 1e3 * _POUND, "gf": 1e-3 * _GRAVITY, "kgf": _GRAVITY,
+            "lbf": _POUND, "ozf": _POUND / 16.0, "kip": 1e3 * _POUND, "gf": 1e-3 * _GRAVITY,
+            "kgf": _GRAVITY, "mgf": 1e-6 * _GRAVITY,
         },
         "pressure": {
             "Pa": 1.0, "hPa": 1e2, "kPa": 1e3, "MPa": 1e6, "GPa": 1e9, "mbar": 1e2, "bar": 1e5,

@@ -202,7 +202,7 @@ def test_units_behind_every_number_are_those_of_their_column(put, gap, decimal, 
     assert right(recording) and any("numbers with their unit: 'Time' in s, 'Displacement' in mm, 'Force (N)' in N" in n for n in recording.notices)
 
 
-@pytest.mark.parametrize(("head", "unit"), [("Force", "N mN"), ("Force (kN)", "N N"), ("Force", "Zug Zug")])
+@pytest.mark.parametrize(("head", "unit"), [("Force", "N mm"), ("Force (kN)", "N mm"), ("Force", "Zug Zug")])
 def test_units_that_change_or_contradict_behind_the_numbers_are_refused(put, head, unit):
     first, second = unit.split()
     rows = [f"{t},{25 * e:.4f},{0.02 * s:.5f} {first if k % 2 else second}\n" for k, (t, e, s) in enumerate(zip(TIME, STRAIN, STRESS, strict=True))]

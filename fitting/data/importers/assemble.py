@@ -29,6 +29,7 @@ from .derive import derive, question_stress
 from .doubtful_readings import question_labels, question_readings, question_twice
 from .empty_rows import without_empty_rows
 from .header_lines import lines_unread, say_header
+from .leaps import question_leaps
 from .making import Channel, Making
 from .names import name_of, slug
 from .options import Options
@@ -42,6 +43,7 @@ from .sidecar_geometry import geometry_of_sidecar, identify_other_alloy
 from .signs_and_zeros import ATMOSPHERE_KPA, correct_signs_and_zeros, gauge_pressure, subtract
 from .specimen_sizes import say_other_sizes, say_sizes_of_the_source
 from .spelling import unit_name
+from .stated_lines import question_lines
 from .strain_unit import refuse_impossible_wire, settle_strain_unit, warn_of_impossible_strain
 from .unused import explain, mark_used
 
@@ -117,6 +119,7 @@ def assemble(
     check_recording(recording, [int(row) for row in rows])
     ask_about_units(recording, _written_units(recording, making), _units_known(sample, making))
     explain(making)
+    question_lines(sample, recording, making)
     recording.source |= say_header(sample, making)
     recording.source["notes"] = list(making.notices)
     if making.clock_counts_rows:
@@ -184,6 +187,7 @@ def _question(
     question_stress(columns, making)
     dated = "time" in channels and channels["time"].column in sample.require_grid().origins
     question_readings(columns, rows, dated, making)
+    question_leaps(columns, rows, making)
     question_labels(channels, making)
     _question_rows(columns, making)
 

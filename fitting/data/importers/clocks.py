@@ -27,6 +27,16 @@ _DATE = (
 )
 _UNDATED = re.compile(rf"(?:(?P<days>\d+)\s*(?:d|days?,?)\s*)?{_TIME}")
 _DATED = re.compile(rf"{_DATE}(?:(?:\s*[-T,_]\s*|\s+){_TIME})?{_ZONE}")
+_LETTERED = re.compile(
+    r"(?:PT?)?(?=\d)(?:(?P<d>\d+)\s*(?:d|days?|tage?)(?![a-z])[\s,T]*)?"
+    r"(?:(?P<h>\d+)\s*(?:hours?|hrs?|std|h)(?![a-z])[\s,:]*)?"
+    r"(?:(?P<min>\d+)\s*(?:minutes?|mins?|m(?!s)|['′’])[\s,:]*)?"
+    r"(?:(?P<s>\d+(?:[.,]\d+)?)\s*(?:seconds?|secs?|sek|s(?![a-z])|''|″|\"|(?<=\d)$)[\s,]*)?"
+    r"(?:(?P<ms>\d+)\s*ms)?",
+    re.IGNORECASE,
+)
+"""Elapsed times whose parts stand before letters or strokes: `1m30s`, `2 h 5 min`, `1'30"`, `PT1M30S`."""
+_IN_SECONDS = {"d": DAY_S, "h": HOUR_S, "min": 60.0, "s": 1.0, "ms": 1e-3}
 _ORDERS = {"ymd": "year-month-day", "dmy": "day/month/year", "mdy": "month/day/year"}
 
 
@@ -52,7 +62,7 @@ def like_a_clock(text: str) -> bool:
     text = text.strip()
     return ":" in text and bool(_UNDATED.fullmatch(text)) or bool(_DATED.fullmatch(text)) or bool(
         re.fullmatch(r"\d{1,4}[-:/.]\d{1,2}[-:/.]\d{1,4}", text)
-    )  # fmt: skip
+    ) or len(_lettered_parts(text)) > 1  # fmt: skip
 
 
 def has_time_of_day(text: str) -> bool:
@@ -89,7 +99,7 @@ def read_clock(texts: Sequence[str], heading: str = "") -> Clock | None:
     filled = [text for text in stripped if text and not is_blank(text)]
     if not filled:
         return None
-    found = _undated(filled, heading) or _dated(filled)
+    found = _undated(filled, heading) or _lettered(filled) or _dated(filled)
     if found is None:
         return None
     readings = iter(found.seconds)
@@ -182,6 +192,22 @@ def _undated(texts: list[str], heading: str) -> Clock | None:
         remedy = "if not, --scale time=60, or 1/60"
         return _picked(formats + ([minutes] if possible and not named else []), remedy)
     return _with_fractions(parts, counts, made)
+
+
+def _lettered_parts(text: str) -> dict[str, float]:
+    """Numbers of an elapsed time before its letters, by unit; empty for any other text, and plain numbers."""
+    found = _LETTERED.fullmatch(text)
+    if found is None or not re.search(r"[^\d.,\s]", text):
+        return {}
+    return {unit: float(part.replace(",", ".")) for unit, part in found.groupdict().items() if part}
+
+
+def _lettered(texts: list[str]) -> Clock | None:
+    """Elapsed times with a letter behind each part, in one or more fields of two parts or more."""
+    rows = [_lettered_parts(text) for text in texts]
+    if not all(rows) or max(map(len, rows)) < 2:
+        return None
+    return Clock([sum(_IN_SECONDS[unit] * number for unit, number in row.items()) for row in rows])
 
 
 def _with_fractions(parts: list[list[str]], counts: set[int], made: Callable[..., _Format]) -> Clock | None:

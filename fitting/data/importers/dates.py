@@ -11,7 +11,7 @@ from ..recordings.columns import convert
 from .clocks import DAY_S, EPOCH, Clock, has_time_of_day, read_clock, without_midnight
 from .grid import Grid
 from .numerals import is_blank
-from .spelling import Heading, dimension, plain, unit_name
+from .spelling import Heading, dimension, unit_name
 from .split_by_name import names_specimens
 from .words import meaning
 
@@ -29,13 +29,6 @@ _CENTURY_S = (946684800.0, 4102444800.0)
 """Begin and end of the same years in seconds since 1970 [s]."""
 _PER_SECOND = {"seconds": 1.0, "milliseconds": 1e3, "microseconds": 1e6, "nanoseconds": 1e9}
 """Number of units of time in a second, by their name."""
-_SECOND = r"(?:seconds?|secs?|s)"
-_FRACTION = re.compile(
-    rf"(?:time )?(?:fraction(?:al|s)?(?: part)?|parts?)(?: of)?(?: an?| the)?,? {_SECOND}|"
-    r"(?:time )?(?:milliseconds?|millis|msecs?|ms|millisekunden?|millisecondes?|milisegundos?)|"
-    r"sekundenbruchteile?|fractions? de secondes?"
-)
-"""Headings of the part of a second beside a clock of whole ones."""
 _DATE = re.compile(r"\bdate|datum|fecha|日期")
 
 
@@ -156,28 +149,6 @@ def since_1970(values: np.ndarray) -> tuple[Clock, str] | None:
                 seconds = [float(x) for x in (values - first) / count]
                 return Clock(seconds, origin=(_UNIX - EPOCH).total_seconds() + first / count), unit
     return None
-
-
-def add_fractions(grid: Grid) -> None:
-    """Add parts of a second that stand in a column of their own to a clock that was read from times of day.
-
-    The grid is changed in place.
-    """
-    for column, heading in enumerate(grid.headings):
-        values, named = grid.values[:, column], _FRACTION.fullmatch(plain(heading.text))
-        if not named or column in grid.clocks or len(grid.clocks) != 1 or np.isnan(values).any():
-            continue
-        (clock,) = grid.clocks
-        time = grid.values[:, clock]
-        milli = re.search(r"mill?i|msec|\bms$", named[0])
-        parts = (1e-3 if milli else 1.0) * values
-        fits = np.all((parts >= 0.0) & (parts < 1.0)) and np.all(time % 1.0 == 0.0)
-        if fits and in_order(time + parts):
-            grid.values[:, clock] = time + parts
-            grid.read_along |= {column}
-            grid.notices.append(
-                f"{heading.text!r} is the part of a second of {grid.headings[clock].text!r}"
-            )
 
 
 def disagreement(grid: Grid, column: int, clock: Clock) -> str:

@@ -16,12 +16,14 @@ def say_grouped(grid: Grid, decimal: str) -> None:
         decimal: decimal mark with which its numbers were read.
     """
     mark = "," if decimal == "." else r"\."
+    texts = (t for cells in grid.cells for t in cells if not isinstance(t, CellNumber) and like_a_number(t))
+    asked = "check: " if decimal == "," and not any("," in text for text in texts) else ""
     spaced = r"['’ \u00a0\u2009\u202f]"
     grouped = re.compile(rf"[+-]?\d{{1,3}}(?:(?:{mark}\d{{3}})+|(?:{spaced}\d{{3}})+)(?:[.,]\d*)?")
     for row, cells in zip(grid.rows, grid.cells, strict=True):
         for text in cells:
             if not isinstance(text, CellNumber) and grouped.fullmatch(text):
-                grid.notices.append(f"thousands are grouped: {text!r} in row {row}")
+                grid.notices.append(f"{asked}thousands are grouped: {text!r} in row {row}")
                 return
 
 

@@ -21,6 +21,11 @@ _GROUPED = {
         rf"[+-]?[1-9]\d{{0,2}}(?:(\.)\d{{3}}(?:\.\d{{3}})*|(['’])\d{{3}}(?:['’]\d{{3}})*)(,\d*)?{_EXPONENT}"
     ),
 }
+_INDIAN = re.compile(rf"[+-]?[1-9]\d?(?:,\d{{2}})+,\d{{3}}(\.\d*)?{_EXPONENT}")
+"""Lakhs and crores: `1,23,456.7`."""
+_POWER = re.compile(r"(?P<number>[+-]?[\d.,]*\d)\s*[x×*·]\s*10\s*(?:\^|\*\*)?\s*\(?(?P<power>[+-]?\d+)\)?")
+"""A number times a power of ten: `1.2x10^-3`, `1.2 · 10⁻³`."""
+_RAISED = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻⁺", "0123456789-+")
 _SPACED = re.compile(rf"[+-]?[1-9]\d{{0,2}}(?:[ \u00a0\u2009\u202f]\d{{3}})+([.,]\d*)?{_EXPONENT}")
 _SPACES = re.compile(r"[ \u00a0\u2009\u202f]")
 # Numbers with a decimal comma, without thousands.
@@ -72,6 +77,11 @@ def to_number(text: str, decimal: str, spaced: str = "any") -> float | None:
         return _float(_SPACES.sub("", text).replace(",", "."))
     if decimal == "," and _DECIMAL_COMMA.fullmatch(text):
         return _float(text.replace(",", "."))
+    if decimal == "." and _INDIAN.fullmatch(text):
+        return _float(text.replace(",", ""))
+    if "10" in text and (power := _POWER.fullmatch(text.translate(_RAISED))) is not None:
+        value = to_number(power["number"], decimal, spaced)
+        return None if value is None else float(f"{value!r}e{power['power']}")
     return None
 
 

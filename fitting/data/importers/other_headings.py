@@ -181,10 +181,29 @@ def columns_by_word(headings: Sequence[Heading], found: Collection[str]) -> dict
     if straight or inside:
         columns["pressure"] = inside
     by_word = {quantity: hits[0] for quantity, hits in columns.items() if len(hits) == 1}
+    by_word |= _by_symbol(headings, {*by_word, *found})
     known = {*by_word, *found}
     if "pressure" not in known or straight:
         by_word.pop("length", None)  # of a tube, beside its pressure, and of nothing else
     return by_word
+
+
+def _by_symbol(headings: Sequence[Heading], known: Collection[str]) -> dict[str, int]:
+    """The one length under the symbol of a way beside a force (`x (mm)`), or of a length beside a pressure.
+
+    None where a column has the symbol of another direction, such as `y (mm)`, or the quantity is known.
+    """
+    lengths = {c: h.name for c, h in enumerate(headings) if dimension(h.unit) == "length"}
+    if {*lengths.values()} & {"y", "z"}:
+        return {}
+    if {"force"} & {*known} and not {*known} & {"elongation", "strain", "stretch", "true_strain", "pressure"}:
+        quantity, symbols = "elongation", ("x", "s", "u", "dx", "δx", "δ")
+    elif "pressure" in known and not {*known} & {"force", "stress", "elongation", *_SHAPES}:
+        quantity, symbols = "length", ("l", "ℓ")
+    else:
+        return {}
+    hits = [column for column, name in lengths.items() if name in symbols]
+    return {quantity: hits[0]} if len(hits) == 1 else {}
 
 
 def unrecognised(headings: Sequence[Heading], taken: Collection[int], found: Collection[str]) -> str:

@@ -138,7 +138,8 @@ class RawFile:
         for start, what in _OTHERS.items():
             if self.content.startswith(start):
                 raise unusable(self.path, f"this is {what}, not a table of text; export it as .csv or .xlsx")
-        text = _decode(self.content)
+        # A logger that loses its power leaves the rest of a block empty.
+        text = _decode(re.sub(rb"\0{4,}\Z", b"", self.content))
         if "\0" in text:
             raise unusable(self.path, "this is neither text nor an Excel workbook; export it as .csv")
         return _joined(text.replace("\r\n", "\n").replace("\r", "\n").split("\n"))

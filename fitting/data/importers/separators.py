@@ -85,7 +85,9 @@ def _decimal_of(rows: list[list[str]]) -> tuple[str, str]:
     proofs = [proof for text in fields if (proof := decimal_evidence(text)) is not None]
     if proofs:
         return ("," if proofs.count(",") > proofs.count(".") else "."), ""
-    with_comma = [text for text in fields if "," in text]
+    with_comma = [text for text in fields if "," in text and like_a_number(text)]
+    if not with_comma and _points_group(rows):
+        return ",", ""
     if not with_comma or any("." in text for text in fields):
         return ".", ""
     for column in range(max(map(len, rows))):
@@ -93,6 +95,40 @@ def _decimal_of(rows: list[list[str]]) -> tuple[str, str]:
         if any("," in text for text in texts) and any(re.fullmatch(r"[+-]?\d{2,3}", text) for text in texts):
             return ".", ""
     return ",", with_comma[0]
+
+
+_GROUP = re.compile(r"[+-]?[1-9]\d{0,2}(?:\.\d{3})+")
+
+
+def _points_group(rows: list[list[str]]) -> bool:
+    """True if points group the thousands of whole numbers: `998`, `1.003`, and no number has decimals.
+
+    Three decimals would appear in every number of a column, or in numbers below 1. Where both readings are
+    possible, the course of the column tells: the right one leaps less over its range.
+    """
+    columns = [[row[c] for row in rows if c < len(row) and row[c]] for c in range(max(map(len, rows)))]
+    pointed = [[text for text in texts if "." in text] for texts in columns]
+    if not all(_GROUP.fullmatch(text) for texts in pointed for text in texts):
+        return False
+    grouped = False
+    for texts, with_points in zip(columns, pointed, strict=True):
+        whole = [text for text in texts if re.fullmatch(r"[+-]?\d{2,3}", text)]
+        if len(with_points) < LEAST_ROWS or not whole:
+            continue
+        numbers = [text for text in texts if like_a_number(text)]
+        decimals = _roughness([float(to_number(text, ".") or 0.0) for text in numbers])
+        thousands = _roughness([float(to_number(text, ",") or 0.0) for text in numbers])
+        if thousands >= decimals:
+            return False
+        grouped = True
+    return grouped
+
+
+def _roughness(numbers: list[float]) -> float:
+    """Sum of all changes from number to number over their range [1]; infinite for numbers without a range."""
+    span = max(numbers) - min(numbers)
+    moved = sum(abs(b - a) for a, b in zip(numbers[:-1], numbers[1:], strict=True))
+    return moved / span if span > 0.0 else math.inf
 
 
 def numeric_row(row: list[str], decimal: str, spaced: str = "any") -> list[float | None] | None:

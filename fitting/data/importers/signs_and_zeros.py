@@ -10,6 +10,10 @@ from .slack_treatment import largest, leave_to_fit, offer, slack_of, start_at
 from .starts import notice_start
 
 ATMOSPHERE_KPA = 101.325
+AIR_KPA = (60.0, 108.0)
+"""Range of air pressures from sea level to 4000 m [kPa]."""
+AIR_APART_KPA = 2.0
+"""Minimum distance of the air from `ATMOSPHERE_KPA` that is asked about [kPa]. Weather makes as much."""
 WEATHER_KPA = (90.0, 108.0)
 """Range of air pressures from sea level to 1000 m [kPa]. A gauge pressure does not begin within it by
 chance."""
@@ -49,6 +53,14 @@ def gauge_pressure(making: Making) -> None:
     kilopascal = in_unit(channel, "kPa", "pressure", making.place)
     if channel.zero == "absolute":
         made = f"{channel.label!r} less an atmosphere of {ATMOSPHERE_KPA} kPa, because it is absolute"
+        begins = kilopascal[np.isfinite(kilopascal)][:1]
+        off = float(begins[0]) - ATMOSPHERE_KPA if begins.size else 0.0
+        if begins.size and AIR_KPA[0] < begins[0] < AIR_KPA[1] and abs(off) > AIR_APART_KPA:
+            making.warn(
+                f"{channel.label!r} begins at {begins[0]:.4g} kPa, and {ATMOSPHERE_KPA} kPa were taken off,"
+                f" so that the test begins at {off:.3g} kPa. If the air has {begins[0]:.4g} kPa where you"
+                f" are: --subtract pressure_kPa={off:.4g}"
+            )
         making.channels["pressure"] = Channel(
             kilopascal - ATMOSPHERE_KPA, "kPa", channel.label, "gauge", made=made
         )

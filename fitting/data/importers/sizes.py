@@ -151,6 +151,11 @@ def _of_row(cells: list[str], mark: str) -> list[tuple[str, Size]]:
         return [(key, replace(size, divided=divided))]
     if (of_cells := _of_cells(cells, mark)) is not None:
         return [of_cells]
+    for width in (2, 3):
+        groups = [cells[k : k + width] for k in range(0, len(cells), width)]
+        pairs = [_of_cells(group, mark) for group in groups]
+        if len(groups) > 1 and all(pair is not None for pair in pairs):
+            return [pair for pair in pairs if pair is not None]
     parts = statements(cells)
     if len(parts) < 2 or not all(re.match(r"[^\d]*[^\W\d]", part) for part in parts):
         return []  # such as three readings of one width

@@ -76,7 +76,7 @@ _LAST_LETTER = re.compile(r"(?<=[^\W\d])[\s_]+([^\W\d_])$")  # `Temperature_F`, 
 # A letter that is one where the unit behind it is of another dimension: `Strain (A) (%)`, not `Temp (C) (K)`.
 _LETTER_LAST = re.compile(r"[(\[{]\s*[a-hA-H]\s*[)\]}]$")
 # Symbols with which m is milli and M is mega. A unit that differs in its prefix alone is another one.
-_PREFIXED = re.compile(r"[mM](?=(?:Pa|N|V|A|W|g|s|m|rad|bar|ohm|H2O)(?![A-Za-oq-z0-9]))")
+_PREFIXED = re.compile(r"[mM](?=(?:Pa|N|V|A|W|gf?|s|m|rad|bar|ohm|H2O)(?![A-Za-oq-z0-9]))")
 # Spellings in which capitals tell units apart.
 _EXACT = {"Nm": "N m", "Nmm": "N mm", "oF": "degF", "mWS": "mH2O"}
 # A pressure's zero, written with its unit: `psia`, `bar(g)`, `kPa abs`.
@@ -103,7 +103,7 @@ _WIDE = str.maketrans("（）［］｛｝【】〔〕／，：；＝％", "()[]{
 # Words of statistics that are units of time, too: `Load min (N)`, `Load std (N)`.
 _STATISTICS = ("min", "std")
 # Masses that stand for forces, as many load cells display them.
-WEIGHTS = {"g": "gf", "kg": "kgf", "mg": "gf"}
+WEIGHTS = {"g": "gf", "kg": "kgf", "mg": "mgf"}
 # Words and letters that end a heading more often as a name than as a unit.
 _LETTERS = frozenset(
     {"a", "h", "m", "g", "k", "c", "f", "v", "1", "in", "strain", "ratio", "abs", "none", "at"}

@@ -135,6 +135,7 @@ def _grid_of(lines: Lines, begin: int, end: int) -> Grid | None:
     dropped = sorted(set(filled) - set(keep))
     if len(dropped) > len(keep):
         return None
+    keep, uneven = _without_gaps(lines, keep, width, bool(header))
     notices, contradictions = two_units(header, fields[top])
     contradictions |= lines.page.doubtful
     notices += rows_between(fields, remarks)
@@ -152,7 +153,7 @@ def _grid_of(lines: Lines, begin: int, end: int) -> Grid | None:
     described = f"{counted(width, 'column')}, {apart}"
     notices = [
         f"{counted(len(keep), 'row')} of {described}",
-        *(["decimal commas"] if lines.decimal == "," else []), *notices, *beside,
+        *(["decimal commas"] if lines.decimal == "," else []), *notices, *uneven, *beside,
         *dropped_rows(lines, keep, dropped, width), *statistics_told(lines, begin, top, end),
     ]  # fmt: skip
     whole = lines.page.is_sheet or _heads_all(lines, top, width)
@@ -178,6 +179,35 @@ def _grid_of(lines: Lines, begin: int, end: int) -> Grid | None:
         grid.notices.append(asked)
     read_texts(grid, [parsed[i] or [] for i in keep], lines.decimal)
     return grid
+
+
+def _without_gaps(lines: Lines, keep: list[int], width: int, named: bool) -> tuple[list[int], list[str]]:
+    """Rows without those that have fewer fields than headings, where white space divides the fields.
+
+    An absent field leaves no mark there, so that the others may stand under another heading. The last row is
+    left to `cut_off`. Most rows being short, their last fields are taken to be empty, which is said.
+
+    Args:
+        lines: the page.
+        keep: rows of numbers.
+        width: number of columns.
+        named: true if the table has headings.
+    """
+    fields = lines.fields
+    short = [i for i in keep if len(fields[i]) < width] if lines.delimiter == " " and named else []
+    inner = [i for i in short if i != keep[-1]]
+    if not inner:
+        return keep, []
+    rows, first = counted(len(inner), "row has", "rows have"), " ".join(fields[inner[0]])
+    said = (
+        f"check: {rows} fewer fields than the {width} headings (row {inner[0] + 1}: {first[:40]!r}), and"
+        " white space divides them"
+    )
+    if 2 * len(inner) > len(keep):
+        return keep, [f"{said}: the last headings were taken to be those without a field"]
+    were = "was" if len(inner) == 1 else "were"
+    left = [i for i in keep if i not in {*inner}]
+    return left, [f"{said}, so no field has a sure heading: {were} left out"]
 
 
 def _thermocouples(

@@ -7,7 +7,6 @@ from pneusma_jax.errors import counted
 
 from .clocks import Clock, read_clock
 from .dates import (
-    add_fractions,
     clock_under_another_heading,
     day_and_time,
     disagreement,
@@ -24,7 +23,7 @@ from .marks import drop_marks
 from .names import first_few
 from .numerals import like_a_number
 from .spelling import Heading, dimension, unit_name
-from .split_clocks import take_split_clocks
+from .split_clocks import add_fractions, take_split_clocks
 from .words import meaning
 from .written_blanks import say_written_blanks
 
@@ -32,11 +31,11 @@ MOST_LISTED = 6
 """Number of fields that a notice lists with their rows."""
 MOST_EXAMPLES = 3
 """Number of texts that a notice about a column of text shows."""
-COUNTER_PERIOD = 2.0**32
-"""Number at which a counter of 32 bits begins anew."""
+COUNTER_BITS = (16, 32)
+"""Bits of counters, which begin anew where these are full."""
 AFTER_WRAP, BEFORE_WRAP = 0.1, 0.9
-"""Just after it begins anew a counter is below the first part of `COUNTER_PERIOD`, just before above the
-second [1]."""
+"""Just after it begins anew a counter is below the first part of its period, just before above the second
+[1]."""
 
 
 def read_texts(grid: Grid, parsed: list[list[float | None]], decimal: str = ".") -> None:
@@ -260,23 +259,26 @@ def _take_clock(
 
 
 def _continue_counters(grid: Grid) -> None:
-    """Continue a clock in milli- or microseconds that begins anew at 2^32, as a microcontroller's does."""
+    """Continue a clock in milli- or microseconds that begins anew at 2^16 or 2^32, as microcontrollers do."""
     for column, heading in enumerate(grid.headings):
         values = grid.values[:, column]
         unit = unit_name(heading.unit or heading.name)
         if unit not in ("ms", "us") or not np.isfinite(values).all() or values.size < 2:
             continue
         falls = np.diff(values) < 0.0
-        before, after = values[:-1] / COUNTER_PERIOD, values[1:] / COUNTER_PERIOD
-        wraps = falls & (before > BEFORE_WRAP) & (after < AFTER_WRAP)
-        inside = values.min() >= 0.0 and values.max() < COUNTER_PERIOD
-        if inside and falls.any() and np.array_equal(falls, wraps):
-            grid.values[1:, column] += COUNTER_PERIOD * np.cumsum(wraps)
-            row = grid.rows[int(np.argmax(wraps)) + 1]
-            grid.notices.append(
-                f"check: {heading.text!r} begins anew in row {row}, where a counter of 32 bits does:"
-                " continued"
-            )
+        for bits in COUNTER_BITS:
+            period = 2.0**bits
+            before, after = values[:-1] / period, values[1:] / period
+            wraps = falls & (before > BEFORE_WRAP) & (after < AFTER_WRAP)
+            inside = values.min() >= 0.0 and values.max() < period
+            if inside and falls.any() and np.array_equal(falls, wraps):
+                grid.values[1:, column] += period * np.cumsum(wraps)
+                row = grid.rows[int(np.argmax(wraps)) + 1]
+                grid.notices.append(
+                    f"check: {heading.text!r} begins anew in row {row}, where a counter of {bits} bits does:"
+                    " continued"
+                )
+                break
 
 
 def _take_named_by_unit(grid: Grid) -> None:

@@ -1,19 +1,23 @@
-"""Columns whose every field is a number with its unit, as handheld instruments write them: `3.214 Ω`."""
+"""Columns whose fields are numbers with their units, as handheld instruments write them: `3.214 Ω`."""
 
 import itertools
 import math
 import re
-from dataclasses import replace
+from collections import Counter
+from dataclasses import dataclass, replace
 
-from pneusma_jax.units import UNITS
+from pneusma_jax.errors import counted
+from pneusma_jax.units import UNITS, find_unit
 
+from ..recordings.columns import convert
 from .no_table import headers_of
 from .number_formats import times
-from .numerals import CellNumber
+from .numerals import CellNumber, to_number
 from .prefixed_numbers import may_have_prefixes, said, without_prefixes
 from .raw import Page
+from .rounding import shortest
 from .separators import LEAST_ROWS
-from .spelling import is_unit, parse_heading, same_unit, unit_name
+from .spelling import WEIGHTS, is_unit, parse_heading, same_unit, unit_name
 from .words import meaning_of
 
 _NUMBER = r"(?P<number>[+-]?[\d.,' \u00a0\u202f]*\d(?:[eE][+-]?\d+)?)"
@@ -35,10 +39,14 @@ def without_units(page: Page) -> tuple[Page, list[str]]:
         first = list(itertools.islice(below, SEARCHED))
         if len(first) < LEAST_ROWS or not any(_parts(text) for row in first for text in row):
             continue
-        body = [*first, *below]
-        units = {c: _unit_of([row[c] for row in body], text) for c, text in enumerate(header)}
-        if any(units.values()):
-            return _stripped(page, fields, at, {c: unit for c, unit in units.items() if unit})
+        body = {i: row for i, row in enumerate(fields) if i > at and len(row) == len(header)}
+        columns = {
+            c: _column_of({i: row[c] for i, row in body.items() if row[c]}, text)
+            for c, text in enumerate(header)
+        }
+        known = {c: found for c, found in columns.items() if found is not None}
+        if known:
+            return _stripped(page, fields, at, known)
     return page, []
 
 
@@ -149,31 +157,99 @@ def _is_multiple(large: str, small: str, factor: float) -> bool:
 def _parts(text: str) -> re.Match[str] | None:
     """A number and a unit with a letter or a sign of its own; None for other texts."""
     found = _WITH_UNIT.fullmatch(text.strip())
-    return found if found and "%" not in found["unit"] and is_unit(found["unit"]) else None
+    if found is None or "%" in found["unit"] or not is_unit(found["unit"]):
+        return None
+    is_number = any(to_number(found["number"].strip(), mark) is not None for mark in ".,")
+    return found if is_number else None
 
 
-def _unit_of(texts: list[str], heading: str) -> str:
-    """The one unit of all filled fields of a column that is headed by a quantity; empty without one."""
-    found = [_parts(text) for text in texts if text]
-    units = {unit_name(one["unit"]) for one in found if one}
+@dataclass(frozen=True)
+class _Column:
+    """A column of numbers with units.
+
+    Attributes:
+        unit: unit of the column: that of its heading, or of most fields.
+        units: unit of each field that has one, or stands below a heading that states one, by row.
+    """
+
+    unit: str
+    units: dict[int, str]
+
+    @property
+    def is_mixed(self) -> bool:
+        """True if its fields are in several units."""
+        return any(unit != self.unit for unit in self.units.values())
+
+
+def _column_of(texts: dict[int, str], heading: str) -> _Column | None:
+    """A column that is headed by a quantity and whose fields have units; None for any other.
+
+    Fields without a unit are in that of the heading. Several units must be of one dimension. Words among the
+    fields are left to whoever reads the numbers, if most fields have a unit.
+
+    Args:
+        texts: fields that are not empty, by row.
+        heading: text of the heading.
+    """
+    found = {i: parts for i, text in texts.items() if (parts := _parts(text)) is not None}
     own = parse_heading(heading).unit
-    if len(found) < LEAST_ROWS or not all(found) or len(units) != 1:
-        return ""
-    (unit,) = units
-    fits = own is None or same_unit(own, unit)
+    bare = [i for i, text in texts.items() if i not in found and _is_number(text)]
+    if len(found) + len(bare) < LEAST_ROWS or not found or (bare and own is None):
+        return None
+    if 2 * (len(found) + len(bare)) <= len(texts) or (own is not None and not is_unit(own)):
+        return None
+    units = {i: _force_of(parts["unit"]) for i, parts in found.items()}
+    mixed = len({*units.values()}) > 1 or (bare and {*units.values()} != {unit_name(str(own))})
+    if not mixed:
+        unit = unit_name(next(iter(found.values()))["unit"])
+        if own is not None and not same_unit(own, unit):
+            return None
+        units = dict.fromkeys(units, unit)
+    else:
+        unit = _force_of(own) if own is not None else max(units.values(), key=[*units.values()].count)
+        units |= dict.fromkeys(bare, unit)
     named = heading if own is not None else f"{heading} ({unit})"
-    return unit if fits and meaning_of(named) is not None else ""
+    one = len({find_unit(each).dimension for each in (unit, *units.values())}) == 1
+    return _Column(unit, units) if one and meaning_of(named) is not None else None
 
 
-def _stripped(page: Page, fields: list[list[str]], at: int, units: dict[int, str]) -> tuple[Page, list[str]]:
-    header = fields[at]
+def _force_of(unit: str) -> str:
+    """A unit's name; a mass stands for its weight, since both may be in one column."""
+    name = unit_name(unit)
+    return WEIGHTS.get(name, name)
+
+
+def _is_number(text: str) -> bool:
+    value = to_number(text.strip(), "."), to_number(text.strip(), ",")
+    return any(one is not None and not math.isnan(one) for one in value)
+
+
+def _stripped(
+    page: Page, fields: list[list[str]], at: int, columns: dict[int, _Column]
+) -> tuple[Page, list[str]]:
+    """A page without the units behind the numbers of some columns, and notices about these."""
+    header, said = fields[at], []
     rows = [list(row) for row in fields]
-    for column, unit in units.items():
+    for column, found in columns.items():
         if parse_heading(header[column]).unit is None:
-            rows[at][column] = f"{header[column]} ({unit})"
-        for row in rows[at + 1 :]:
-            found = _parts(row[column]) if column < len(row) else None
-            if found:
-                row[column] = found["number"].strip()
-    stated = ", ".join(f"{header[column]!r} in {unit}" for column, unit in units.items())
-    return replace(page, lines=[], rows=rows), [f"fields are numbers with their unit: {stated}"]
+            rows[at][column] = f"{header[column]} ({found.unit})"
+        commas = any(re.search(r"\d,\d", fields[i][column]) for i in found.units)
+        points = any(re.search(r"\d\.\d", fields[i][column]) for i in found.units)
+        for i, unit in found.units.items():
+            parts = _parts(fields[i][column])
+            text = parts["number"].strip() if parts else fields[i][column].strip()
+            if found.is_mixed:
+                number = to_number(text, "," if commas and not points else ".")
+                if number is None:
+                    return page, []
+                text = CellNumber(f"{float(shortest(convert(number, unit, found.unit))):.15g}")
+            rows[i][column] = text
+        if found.is_mixed:
+            counts = Counter(found.units.values())
+            listed = ", ".join(f"{counted(n, 'row')} in {unit}" for unit, n in counts.items())
+            said.append(
+                f"check: {header[column]!r} is in several units ({listed}): all are converted to {found.unit}"
+            )
+    stated = [f"{header[c]!r} in {found.unit}" for c, found in columns.items() if not found.is_mixed]
+    plain = [f"fields are numbers with their unit: {', '.join(stated)}"] if stated else []
+    return replace(page, lines=[], rows=rows), [*plain, *said]

@@ -68,7 +68,7 @@ WORDS: dict[str, tuple[str, ...]] = {
         "crosshead displacement", "crosshead extension", "crosshead travel", "axial displacement",
         "actuator displacement",
         "deflection", "disp", "disp.", "stroke", "travel", "crosshead", "crosshead position", "position",
-        "weg", "kolbenweg", "prüfweg", "maschinenweg",
+        "weg", "stauchung", "kolbenweg", "prüfweg", "maschinenweg",
         "standardweg", "traversenweg",
         "course traverse", "course", "verlängerung", "course standard", "allongement", "déplacement",
         "deplacement",
@@ -82,7 +82,8 @@ WORDS: dict[str, tuple[str, ...]] = {
         "удлинение",
     ),
     "force": (
-        "load", "force", "tensile force", "tensile load", "compressive load", "compressive force",
+        "load", "force", "druckkraft", "zugkraft", "prüfkraft",
+        "tensile force", "tensile load", "compressive load", "compressive force",
         "compression force",
         "compression load", "standard force", "axial force", "axial load", "load cell", "loadcell",
         "load cell force", "f", "kraft",

@@ -22,13 +22,15 @@ HELD = 0.02
 NO_LOADS = ("time", "cycle", "current", "resistance", "setpoint", "temperature")
 """Beginnings of columns that may leap in a test of seconds, too."""
 BRIEF_S = 0.5
-"""Minimum duration of a test with many rows [s]. Testing machines and pumps take longer."""
+"""Minimum duration of a test [s]. Testing machines and pumps take longer."""
+BRIEF_ROWS = 10
+"""Minimum number of rows of a test that is asked about because it is brief."""
 
 
 def clock_questions(recording: Recording, unit: str | None) -> list[Question]:
     """Ask about a clock that counts milliseconds, or one that is far too fast and not stated in seconds."""
     time = recording.columns.get("time_s", np.zeros(0))
-    if time.size < MANY_ROWS or recording.counts_rows:
+    if time.size < BRIEF_ROWS or recording.counts_rows:
         return []
     steps, lasts = np.diff(time), float(time[-1] - time[0])
     if 0.0 < lasts < BRIEF_S and unit != "s":
@@ -39,6 +41,8 @@ def clock_questions(recording: Recording, unit: str | None) -> list[Question]:
                 " (on import: --unit time=s, if these are seconds)",
             )
         ]
+    if time.size < MANY_ROWS:
+        return []
     whole, step = bool(np.all(np.mod(time, 1.0) == 0.0)), float(np.median(steps))
     if not whole or step < COUNTED_S or lasts < LONG_S or _is_slow(recording, steps):
         return []

@@ -1,8 +1,8 @@
 """Questions about columns whose numbers fit another unit of their dimension far better than the stated one.
 
 Physics decides: the stiffness of wires, rubbers and tubes, how far a coupon is strained, how long a test
-lasts, and how angle and curvature go together. Each question names the unit that fits. Nothing is asked
-about a unit that fits as well as another.
+lasts, and how angle and curvature go together. So do the stiffness and the resistance of a coil. Each
+question names the unit that fits. Nothing is asked about a unit that fits as well as another.
 """
 
 from collections.abc import Mapping
@@ -13,6 +13,7 @@ from .angle_units import angle_questions
 from .clock_units import clock_questions
 from .pressure_units import pressure_questions, tube_questions
 from .recording import Recording
+from .spring_units import spring_questions
 from .strain_units import strain_questions
 from .unit_question import Question
 
@@ -35,5 +36,5 @@ def other_units(
         asked = pressure_questions(recording, material, written.get("pressure_kPa"))
         asked += angle_questions(recording, written.get("bend_angle_deg"))
     else:
-        asked = []
+        asked = spring_questions(recording) if recording.kind == "spring" else []
     return [*asked, *clock_questions(recording, written.get("time_s"))]

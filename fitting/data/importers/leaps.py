@@ -1,0 +1,130 @@
+"""Questions about single rows far from their neighbours, and positions that begin anew within a test."""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from .making import Making
+
+APART = 8.0
+"""Minimum distance of one reading from the middle of its neighbours, over that of any other reading [1]."""
+OF_RANGE = 0.2
+"""The same, over the range of all other readings of the column [1]."""
+BESIDE = 0.2
+"""Maximum distance of the two neighbours from each other, over that of the reading between them [1]."""
+LEAST_ROWS = 8
+"""Minimum number of rows of a column that is looked at."""
+FIRST = 4.0
+"""Minimum first step of a temperature over its largest other one [1]. Heat takes time."""
+ANEW = 4.0
+"""Minimum step of a position that begins anew, over the largest other one [1]."""
+ANEW_OF_RANGE = 0.1
+"""The same, over the range of the position [1]."""
+FOLLOWS = 0.2
+"""Maximum step of the force where a position begins anew, over what such a move makes elsewhere [1]."""
+STILL = 1e-3
+"""Maximum range of a pressure that stays the same, over the largest reading [1]."""
+LONGER = 0.02
+"""Minimum range of a length that changes meanwhile, over the largest reading [1]. Creep is smaller."""
+_MAY_LEAP = ("time", "cycle", "current", "setpoint", "bend_direction")
+"""Beginnings of columns that may leap in one row: a drive that is switched, and counts."""
+_MOVED = {
+    "elastomer": ("strain", "stress_kPa"),
+    "wire": ("strain", "stress_MPa"),
+    "spring": ("elongation_mm", "force_N"),
+}
+
+
+def question_leaps(columns: Mapping[str, np.ndarray], rows: np.ndarray, making: Making) -> None:
+    """Ask about readings of one row that are far from all others, and a position that was set to zero.
+
+    Args:
+        columns: canonical columns, each of shape (rows,).
+        rows: number of each row in the file.
+        making: state of the import; questions are added to its notices.
+    """
+    for name, values in columns.items():
+        known = np.flatnonzero(np.isfinite(values))
+        if known.size < LEAST_ROWS or name.startswith(_MAY_LEAP):
+            continue
+        for k in _alone(values[known]):
+            before, at, after = values[known[k - 1 : k + 2]]
+            making.warn(
+                f"{name} is {at:.6g} in row {rows[known[k]]} alone, between {before:.4g} and {after:.4g}: was"
+                " that no reading of the specimen? Then leave this field empty in the file"
+            )
+        if name.startswith("temperature"):
+            _question_first(name, values[known], rows[known], making)
+    if making.kind == "tube" and {"pressure_kPa", "length_mm"} <= columns.keys():
+        _question_still(columns["pressure_kPa"], columns["length_mm"], making)
+    pair = _MOVED.get(making.kind, ())
+    if pair and all(name in columns for name in pair):
+        _question_anew(pair, columns, rows, making)
+
+
+def _alone(values: np.ndarray) -> list[int]:
+    """Places of readings that stand alone: the farthest one, and those left without it; three at most."""
+    found: list[int] = []
+    left = np.arange(len(values))
+    while len(found) < 3 and len(left) >= LEAST_ROWS:
+        now = values[left]
+        middle = 0.5 * (now[:-2] + now[2:])
+        away = np.abs(now[1:-1] - middle)
+        k = int(np.argmax(away))
+        beside = abs(float(now[k + 2] - now[k]))
+        others = np.delete(away, slice(max(0, k - 1), k + 2))
+        span = float(np.ptp(np.delete(now, k + 1)))
+        is_alone = away[k] > APART * float(others.max(initial=0.0)) and away[k] > OF_RANGE * span
+        if not is_alone or beside > BESIDE * away[k]:
+            break
+        found.append(int(left[k + 1]))
+        left = np.delete(left, k + 1)
+    return sorted(k for k in found if 0 < k < len(values) - 1)
+
+
+def _question_first(name: str, values: np.ndarray, rows: np.ndarray, making: Making) -> None:
+    """Ask about a first temperature far from the second one, as a sensor gives it where it is switched on."""
+    steps = np.abs(np.diff(values))
+    if steps[0] > FIRST * float(steps[1:].max()) and steps[0] > OF_RANGE * float(np.ptp(values[1:])):
+        making.warn(
+            f"{name} is {values[0]:.4g} in row {rows[0]} and {values[1]:.4g} in row {rows[1]}, and never"
+            " changes as fast again: was the first one a reading? If not, leave this field empty in the file"
+        )
+
+
+def _question_still(pressure: np.ndarray, length: np.ndarray, making: Making) -> None:
+    """Ask about a pressure that stays the same while the tube gets longer, as that of a supply does."""
+    pressures, lengths = (values[np.isfinite(values)] for values in (pressure, length))
+    if pressures.size and lengths.size and np.ptp(pressures) <= STILL * float(np.abs(pressures).max()):
+        if np.ptp(lengths) > LONGER * float(lengths.max()):
+            making.warn(
+                f"pressure_kPa is {pressures[0]:.4g} in every row, and the length changes by"
+                f" {np.ptp(lengths):.3g} mm: is it the pressure in the tube, and not that of a supply or a"
+                " set point? --map pressure=... names another column"
+            )
+
+
+def _question_anew(
+    pair: tuple[str, str], columns: Mapping[str, np.ndarray], rows: np.ndarray, making: Making
+) -> None:
+    """Ask about a position that leaps from one row to the next while the force goes on as before."""
+    both = np.flatnonzero(np.isfinite(columns[pair[0]]) & np.isfinite(columns[pair[1]]))
+    if both.size < LEAST_ROWS:
+        return
+    position, force = (columns[name][both] for name in pair)
+    moved, changed = np.diff(position), np.abs(np.diff(force))
+    k = int(np.argmax(np.abs(moved)))
+    leap, others = abs(float(moved[k])), np.delete(np.abs(moved), k)
+    reach = float(np.ptp(position))
+    if not (others.max() > 0.0 and leap > ANEW * float(others.max()) and leap > ANEW_OF_RANGE * reach):
+        return
+    usual = float(np.sum(np.delete(changed, k)) / np.sum(others)) * leap
+    if not changed[k] < FOLLOWS * usual:
+        return
+    name, _, unit = pair[0].partition("_")
+    at = tuple(f"{x:.4g}{f' {unit}' if unit else ''}" for x in position[k : k + 2])
+    making.warn(
+        f"{name} leaps from {at[0]} to {at[1]} at row {rows[both[k + 1]]}, and {pair[1].partition('_')[0]}"
+        " goes on as before: was the position set to zero there, or does its unit change? Then put the rows"
+        " from there right in the file, or leave them out with --rows"
+    )
