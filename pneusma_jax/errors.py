@@ -1,4 +1,4 @@
-"""The one error and the one warning that a user's input can cause, and the grammar of their sentences."""
+"""The one error and the warnings that a user's input can cause, and the grammar of their sentences."""
 
 import difflib
 import re
@@ -18,6 +18,10 @@ class Distrusted(UserWarning):
 
     The command line tells the message as a note, once.
     """
+
+
+class Implausible(UserWarning):
+    """A number of a Python call is possible, and rather in another unit than that of its argument."""
 
 
 DISTRUSTED = "do not trust its numbers"

@@ -18,7 +18,7 @@ from jaxtyping import Array
 
 import pneusma_jax as pj
 from pneusma_jax.errors import InputError
-from pneusma_jax.numerics.safe import as_array
+from pneusma_jax.numerics.safe import as_array, warn_of_pressure
 from pneusma_jax.program_cache import stored_jit
 
 from .plant import Memory, Plant, Seen
@@ -118,6 +118,10 @@ class Loop:
     gains: Gains = Gains()
     converter: Converter = Converter()
     seed: int = 0
+
+    def __post_init__(self) -> None:
+        """Warn of a pressure that is rather in kPa."""
+        warn_of_pressure(self.pressure)
 
     def run(self, plant: Plant, model: Plant) -> Run:
         """Drive a plant with a controller that takes it for a model.

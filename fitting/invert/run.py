@@ -13,7 +13,7 @@ from fitting.specimens.model_objects import BASE
 from fitting.specimens.saved_models import AugmentedModel
 from pneusma_jax.errors import InputError
 from pneusma_jax.numerics.rows import joined, lots
-from pneusma_jax.numerics.safe import as_array, as_numpy
+from pneusma_jax.numerics.safe import as_array, as_numpy, warn_of_pressure
 from pneusma_jax.units import from_si
 
 from .atlas import Atlas, Span, atlas_of, goal_values
@@ -57,6 +57,10 @@ class Limits:
     pressure: tuple[float, float] = (0.0, 50e3)
     xi0_min: float = 0.1
     xi0_max: float | None = None
+
+    def __post_init__(self) -> None:
+        """Warn of ends that are rather in kPa."""
+        warn_of_pressure(self.pressure)
 
     @property
     def span(self) -> Span:

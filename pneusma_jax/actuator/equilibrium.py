@@ -11,7 +11,7 @@ from jaxtyping import Array, Float, PyTree
 
 from ..nitinol import SpringState
 from ..nitinol.spring import Activation, MartensiteFraction, check_fractions, drives_of
-from ..numerics.safe import check_number, evaluated, frozen, is_concrete
+from ..numerics.safe import check_number, evaluated, frozen, is_concrete, warn_of_pressure
 from ..precision import require_doubles, require_float64
 from . import Actuator
 from .all_starts import every_root, every_root_at_phases
@@ -79,6 +79,7 @@ def solve(
             pressure is no scalar, or a fraction is not between 0 and 1.
     """
     problem = _problem(actuator, pressure, activations, states)
+    warn_of_pressure(pressure)
     searched = frozen((problem, guess))
     if is_concrete(searched):
         with evaluated():  # numbers are known, though the call may stand in a traced function
@@ -110,6 +111,7 @@ def solve_all(
         ValueError: as `solve`.
     """
     problem = _problem(actuator, pressure, activations, states)
+    warn_of_pressure(pressure)
     searched = frozen(problem)
     if not is_concrete(searched):
         return _solve_all(problem)
@@ -146,6 +148,7 @@ def solve_batch(
     """
     require_float64()
     check_number("pressure", pressure)
+    warn_of_pressure(pressure)
     pressure = _floats(pressure)
     if pressure.ndim != 1:
         raise ValueError(f"Argument `pressure` must have the shape (rows,), but it has {pressure.shape}.")

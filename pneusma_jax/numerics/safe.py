@@ -5,6 +5,7 @@ branch that is not taken cannot leak a NaN into a gradient.
 """
 
 import contextlib
+import warnings
 from collections.abc import Mapping
 from types import ModuleType
 from typing import Any, TypeVar
@@ -14,6 +15,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, PyTree
+
+from ..errors import Implausible
 
 TINY = 1e-12
 
@@ -160,3 +163,35 @@ def check_number(name: str, given: Any) -> None:
     for leaf in jax.tree.leaves(given, is_leaf=lambda x: x is None):
         if leaf is None or np.dtype(leaf.dtype if hasattr(leaf, "dtype") else type(leaf)).kind in "USO":
             raise TypeError(f"Argument `{name}` must be numbers, but it is {given!r}.")
+
+
+LEAST_PA, MOST_PA = 100.0, 5e6
+"""Largest pressure of a call below which a person rather means kPa, and above which silicone has long burst
+[Pa]. Soft gels inflate at 1 kPa."""
+
+
+def warn_of_pressure(given: Any) -> None:
+    """Warn of a pressure that rather is in kPa, or a thousand times too large, where it is a known number.
+
+    A small pressure counts if a person may have written it: a Python number, or a row of evenly spaced ones.
+    A sensor's readings about zero are neither.
+
+    Args:
+        given: pressures of a call [Pa].
+
+    Raises:
+        Implausible: as a warning, which names the unit of the argument.
+    """
+    if not is_concrete(given) or not jax.tree.leaves(given):
+        return
+    values = np.abs(np.asarray(given, dtype=float))
+    most = float(np.max(values, initial=0.0, where=np.isfinite(values)))
+    steps = np.diff(np.ravel(values))
+    written = isinstance(given, int | float) or (steps.size > 0 and bool(np.ptp(steps) <= 1e-9 * most))
+    if 0.0 < most < LEAST_PA and written:
+        said = f"which hardly moves any actuator: this argument is in Pa. For kPa give {most:g}e3"
+    elif most > MOST_PA:
+        said = f"and silicone bursts far below: this argument is in Pa. Is the number {most / 1e3:g} Pa?"
+    else:
+        return
+    warnings.warn(f"The largest pressure is {most:g} Pa, {said}", Implausible, stacklevel=3)

@@ -20,7 +20,7 @@ from ..actuator.result import Equilibrium, Status, Validity, raise_unless_conver
 from ..nitinol import MartensiteFraction, Resistance, SpringResponse, SpringState
 from ..nitinol.spring import Activation
 from ..nitinol.thermal import Heating
-from ..numerics.safe import is_concrete
+from ..numerics.safe import is_concrete, warn_of_pressure
 from ..precision import require_float64
 from ..program_cache import stored_jit
 from ..simulate.course import check_course
@@ -62,6 +62,7 @@ def solve_chain(
             segment (or the loaded chain) and the reason.
         ValueError: if activations or states do not fit the segments and their springs.
     """
+    warn_of_pressure(pressure)
     activations, states = _per_segment(chain, activations, states)
     rows = list(zip(_without_loads(chain), activations, states, strict=True))
     if chain.loaded:

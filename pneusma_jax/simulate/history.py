@@ -23,7 +23,7 @@ from ..nitinol import MartensiteFraction, Spring, SpringResponse, SpringState
 from ..nitinol.spring import Activation, Resistance, check_fractions, drives_of
 from ..nitinol.thermal import Heating, next_temperature
 from ..numerics.lengths import fixed_length, going_on, known, lengthened, shortened
-from ..numerics.safe import as_array, begun_as, check_number
+from ..numerics.safe import as_array, begun_as, check_number, warn_of_pressure
 from ..pipeline import Effect, as_recorded
 from ..precision import require_doubles, require_float64
 from ..program_cache import stored_jit
@@ -102,6 +102,7 @@ def simulate_history(
     """
     require_float64()
     check_number("pressure", pressure)
+    warn_of_pressure(pressure)
     pressure = jnp.asarray(pressure, dtype=float)
     count = len(actuator.springs)
     activations = drives_of(activations, (Heating,)) or tuple(MartensiteFraction(1.0) for _ in range(count))

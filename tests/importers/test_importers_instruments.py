@@ -107,7 +107,7 @@ def test_a_statistic_of_a_column_is_no_clock(put, heading):
 
 
 def test_a_counter_that_begins_anew_at_another_number_is_to_be_looked_at(put):
-    rows = "".join(f"{(59000 + 100 * k) % 60000},{e:.6f},{s:.4f}\n" for k, (_, e, s) in enumerate(ALL))
+    rows = "".join(f"{(59500 + 100 * k) % 60000},{e:.6f},{s:.4f}\n" for k, (_, e, s) in enumerate(ALL))
     assert any("--map time=millis --unit time=ms" in note for note in checks(import_file(put("a.csv", f"millis,Strain (-),Stress (kPa)\n{rows}"))))
 
 
