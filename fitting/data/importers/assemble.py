@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from pneusma_jax.units import find_unit
+from pneusma_jax.units import UNITS, find_unit
 
 from ..recordings import (
     NOT_STATED,
@@ -42,7 +42,7 @@ from .running_clock import with_clock
 from .sidecar_geometry import geometry_of_sidecar, identify_other_alloy
 from .signs_and_zeros import ATMOSPHERE_KPA, correct_signs_and_zeros, gauge_pressure, subtract
 from .specimen_sizes import say_other_sizes, say_sizes_of_the_source
-from .spelling import unit_name
+from .spelling import WEIGHTS, unit_name
 from .stated_lines import question_lines
 from .strain_unit import refuse_impossible_wire, settle_strain_unit, warn_of_impossible_strain
 from .unused import explain, mark_used
@@ -116,6 +116,7 @@ def assemble(
     )
     identify_other_alloy(recording, making)
     refuse_impossible_wire(making)
+    recording.written.update(_in_the_file(recording, channels, making))
     check_recording(recording, [int(row) for row in rows])
     ask_about_units(recording, _written_units(recording, making), _units_known(sample, making))
     explain(making)
@@ -276,6 +277,24 @@ def _written_units(recording: Recording, making: Making) -> dict[str, str]:
     stated = {name: one for name, one in channels.items() if one is not None and one.unit and not one.made}
     made = {"strain": "1"} if (strain := making.channels.get("strain")) is not None and strain.made else {}
     return {name: unit_name(one.unit) for name, one in stated.items()} | made
+
+
+def _in_the_file(
+    recording: Recording, channels: dict[str, Channel], making: Making
+) -> dict[str, tuple[str, float]]:
+    """Unit of each column that stands in the file, and the air's pressure where that was taken off [kPa]."""
+    options, found = making.options, {}
+    for name in recording.columns:
+        quantity = schema.quantity_and_unit(name)[0]
+        channel = channels.get(quantity)
+        if channel is None or quantity in {**options.scales, **options.subtracted}:
+            continue
+        unit = unit_name(options.units.get(quantity, channel.unit or ""))
+        unit = WEIGHTS.get(unit, unit) if quantity == "force" else unit
+        absolute = quantity == "pressure" and "less an atmosphere" in making.channels[quantity].made
+        if unit in UNITS and (absolute or not making.channels[quantity].made):
+            found[name] = unit, ATMOSPHERE_KPA if absolute else 0.0
+    return found
 
 
 def _units_known(sample: Sample, making: Making) -> set[str]:

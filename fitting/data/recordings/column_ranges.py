@@ -76,8 +76,7 @@ def check_ranges(recording: Recording, place: Path | str, rows: Sequence[int]) -
     for name in recording.known_columns:
         values = recording.columns[name]
         right = "an instrument writes it for no reading; leave the field empty"
-        refuse_first(np.abs(values) >= OVERLOAD, values, right, place, rows, name)
+        refuse_first(np.abs(values) >= OVERLOAD, recording, right, place, rows, name)
     for word, wrong, right in (*_RULES, *schema.KINDS[recording.kind].ranges):
         for name in (name for name in recording.known_columns if name.startswith(word)):
-            values = recording.columns[name]
-            refuse_first(wrong(values), values, right, place, rows, name)
+            refuse_first(wrong(recording.columns[name]), recording, right, place, rows, name)

@@ -95,6 +95,7 @@ def read_merged(
         comments=table.comments,
         noise_includes_rounding=settings.get("noise_includes_rounding", False),
     )
+    recording.written.update({name: (unit, 0.0) for name, unit in written.items()})
     check_recording(recording, table.rows, where)
     question_units(recording, table.header, table.rows)
     if schema.IMPORTED in recording.source:  # import asked, of the units of the raw file

@@ -65,6 +65,8 @@ class Recording:
             starts with none.
         full_scale: saturation value of a quantity that other recordings of the campaign show, SI
             (`inference.readings.share_full_scale`); a copy starts with none.
+        written: unit in which the file has a column, and what was taken off it, in the canonical unit, for
+            messages; a copy starts with none.
     """
 
     name: str
@@ -85,6 +87,9 @@ class Recording:
     noise_includes_rounding: bool = False
     memo: dict[Any, Any] = field(default_factory=dict, init=False, repr=False, compare=False)
     full_scale: dict[str, float] = field(default_factory=dict, init=False, repr=False, compare=False)
+    written: dict[str, tuple[str, float]] = field(
+        default_factory=dict, init=False, repr=False, compare=False
+    )
 
     def __len__(self) -> int:
         """Number of rows."""

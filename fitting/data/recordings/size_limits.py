@@ -81,7 +81,7 @@ def check_resistance(recording: Recording, place: Path | str, rows: Sequence[int
     )
     for name in resistances:
         values = recording.columns[name]
-        refuse_first((values < bounds[0]) | (values > bounds[1]), values, right, place, rows, name)
+        refuse_first((values < bounds[0]) | (values > bounds[1]), recording, right, place, rows, name)
 
 
 RESISTIVITY = (3e-8, 2e-5)

@@ -103,7 +103,7 @@ def question_units(recording: Recording, header: Sequence[str], rows: Sequence[i
         kind, place = recording.kind, recording.path or recording.name
         right = f"if these are percent, name the column {name}_percent, if fractions {name}_mm/mm"
         too_far = f"no {kind} has a {name} that large; {right}"
-        refuse_first(np.abs(values) > far.refused, values, too_far, place, rows, name)
+        refuse_first(np.abs(values) > far.refused, recording, too_far, place, rows, name)
         if most > far.asked:
             recording.notices.append(f"{name} reaches {most:g}, as in few recordings of kind {kind}; {right}")
 
