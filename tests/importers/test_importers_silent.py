@@ -111,7 +111,7 @@ def test_elapsed_times_with_letters_are_clocks(put, form):
 
 
 def test_units_that_change_behind_the_numbers_are_converted_and_asked_about(put):
-    small = ["{:.1f} mN".format(1e3 * f) if f < 1.0 else f"{f:.4f} N" for f in FORCE]
+    small = [f"{1e3 * f:.1f} mN" if f < 1.0 else f"{f:.4f} N" for f in FORCE]
     recording = import_file(put("a.csv", PULL_HEAD.replace(" (N)", "") + table(TIME, EXTENSION, small)), make_options(dimensions=COUPON))
     as_it_was(recording, stress_kPa=STRESS)
     assert checks(recording) == ["check: 'Force' is in several units (7 rows in mN, 17 rows in N): all are converted to N"]

@@ -44,6 +44,7 @@ from .signs_and_zeros import ATMOSPHERE_KPA, correct_signs_and_zeros, gauge_pres
 from .specimen_sizes import say_other_sizes, say_sizes_of_the_source
 from .spelling import WEIGHTS, unit_name
 from .stated_lines import question_lines
+from .status_columns import question_status
 from .strain_unit import refuse_impossible_wire, settle_strain_unit, warn_of_impossible_strain
 from .unused import explain, mark_used
 
@@ -190,6 +191,7 @@ def _question(
     question_readings(columns, rows, dated, making)
     question_leaps(columns, rows, making)
     question_labels(channels, making)
+    question_status(sample.require_grid(), making)
     _question_rows(columns, making)
 
 

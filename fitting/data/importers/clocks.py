@@ -12,6 +12,8 @@ from .numerals import is_blank
 DAY_S, HOUR_S = 86400.0, 3600.0
 EPOCH = datetime(1899, 12, 30)
 """Day 0 of the days that spreadsheets count."""
+MOST_FRAMES = 30
+"""Number of pictures a second of most films, which the last number of their clocks does not reach."""
 _MONTHS = {
     word: number
     for number, words in enumerate(
@@ -222,9 +224,13 @@ def _with_fractions(parts: list[list[str]], counts: set[int], made: Callable[...
         return _sexagesimal([0, *row[:-1]][-3:]) + scale * row[-1]
 
     if counts == {4} and most < 60 and all(len(row[-1]) < 3 for row in parts):
-        return _picked(
+        found = _picked(
             [made("days:hours:minutes:seconds", lambda row: DAY_S * row[0] + _sexagesimal(row[1:]))]
         )
+        if found is None or most >= MOST_FRAMES or any(int(row[0]) for row in parts):
+            return found
+        asked = "if the last number counts the pictures of a film, write seconds"
+        return found._replace(said="days:hours:minutes:seconds", remedy=asked)
     name = "the last number being a part of a second"
     return _picked([made(name, fractional, DAY_S if counts == {4} else HOUR_S)])
 

@@ -22,6 +22,10 @@ ANEW_OF_RANGE = 0.1
 """The same, over the range of the position [1]."""
 FOLLOWS = 0.2
 """Maximum step of the force where a position begins anew, over what such a move makes elsewhere [1]."""
+STOPPED_ROWS = 5
+"""Minimum number of rows in succession at one largest strain, for an extensometer that stopped."""
+STOPPED_GROWN = 0.1
+"""Minimum growth of the stress meanwhile, over its range [1]."""
 STILL = 1e-3
 """Maximum range of a pressure that stays the same, over the largest reading [1]."""
 LONGER = 0.02
@@ -57,6 +61,8 @@ def question_leaps(columns: Mapping[str, np.ndarray], rows: np.ndarray, making: 
             _question_first(name, values[known], rows[known], making)
     if making.kind == "tube" and {"pressure_kPa", "length_mm"} <= columns.keys():
         _question_still(columns["pressure_kPa"], columns["length_mm"], making)
+    if making.kind == "elastomer" and {"strain", "stress_kPa"} <= columns.keys():
+        _question_stopped(columns["strain"], columns["stress_kPa"], rows, making)
     pair = _MOVED.get(making.kind, ())
     if pair and all(name in columns for name in pair):
         _question_anew(pair, columns, rows, making)
@@ -102,6 +108,28 @@ def _question_still(pressure: np.ndarray, length: np.ndarray, making: Making) ->
                 f" {np.ptp(lengths):.3g} mm: is it the pressure in the tube, and not that of a supply or a"
                 " set point? --map pressure=... names another column"
             )
+
+
+def _question_stopped(strain: np.ndarray, stress: np.ndarray, rows: np.ndarray, making: Making) -> None:
+    """Ask about a strain that stays at its largest value while the stress grows.
+
+    So reads an extensometer that was taken off. The stress of a specimen that is held falls.
+    """
+    both = np.flatnonzero(np.isfinite(strain) & np.isfinite(stress))
+    x, y = np.abs(strain[both]), np.abs(stress[both])
+    if not x.size or not x.max() > 0.0:
+        return
+    held = np.flatnonzero(x == x.max())
+    runs = np.split(held, np.flatnonzero(np.diff(held) > 1) + 1)
+    longest = max(runs, key=len)
+    grown = float(y[longest[-1]] - y[longest[0]])
+    if len(longest) >= STOPPED_ROWS and grown > STOPPED_GROWN * float(np.ptp(y)):
+        making.warn(
+            f"strain stays at its largest value, {strain[both[longest[0]]]:.4g}, from row"
+            f" {rows[both[longest[0]]]} to {rows[both[longest[-1]]]} while the stress grows: was the"
+            " extensometer at its end, or taken off? Then leave these rows out with --rows, or name another"
+            " column with --map"
+        )
 
 
 def _question_anew(

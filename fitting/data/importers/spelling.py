@@ -104,6 +104,8 @@ _WIDE = str.maketrans("（）［］｛｝【】〔〕／，：；＝％", "()[]{
 _STATISTICS = ("min", "std")
 # Masses that stand for forces, as many load cells display them.
 WEIGHTS = {"g": "gf", "kg": "kgf", "mg": "mgf"}
+_GARBLED = {"Â°": "°", "Âµ": "µ", "Î¼": "µ", "Î©": "Ω", "â„¦": "Ω", "Â²": "²", "Îµ": "ε", "Ïƒ": "σ"}
+"""Letters of UTF-8 that were read as Latin ones."""
 # Words and letters that end a heading more often as a name than as a unit.
 _LETTERS = frozenset(
     {"a", "h", "m", "g", "k", "c", "f", "v", "1", "in", "strain", "ratio", "abs", "none", "at"}
@@ -179,6 +181,8 @@ def same_unit(one: str, other: str) -> bool:
 
 def _normalised(text: str) -> str:
     """Lower case, with powers and compatibility characters in plain form (`mm²` is `mm2`, `℃` is `°c`)."""
+    for garbled, meant in _GARBLED.items():
+        text = text.replace(garbled, meant)
     plain = unicodedata.normalize("NFKC", text).replace("μ", "µ").replace("⁄", "/").replace("\u2212", "-")
     return re.sub(r"\s+", " ", plain).strip().lower()
 
@@ -195,10 +199,10 @@ def pressure_zero(text: str) -> str:
         return (
             "absolute" if found["zero"].lower().startswith("abs") or found["zero"].lower() == "a" else "gauge"
         )
-    words = set(re.findall(r"[a-z]+", text.lower()))
-    if words & {"absolute", "abs"}:
+    words = set(re.findall(r"[a-zü]+", text.lower()))
+    if words & {"absolute", "abs", "absolutdruck", "absoluter"}:
         return "absolute"
-    return "gauge" if words & {"gauge", "gage", "relative"} else ""
+    return "gauge" if words & {"gauge", "gage", "relative", "überdruck", "relativdruck"} else ""
 
 
 def narrow(text: str) -> str:

@@ -21,20 +21,34 @@ from .spelling import is_unit, narrow, unit_name
 
 _NUMBER = r"[+-]?(?:\d[\d.,]*\d|\d)(?:[eE][+-]?\d+)?"
 _CORRECTION = re.compile(
-    r"\b(?:offsets?|tare[ds]?|tara|zeroed|zero (?:offset|error|point|reading|value|drift|shift)|leads?|"
-    r"(?:contact|wiring|cable) resistance|zuleitung\w*|kabelwiderstand|nullpunkt\w*|nullwert\w*|versatz|"
-    r"factor|multiplier|faktor|korrektur\w*|umrechnungs\w*|facteur|décalage|not applied|uncorrected)\b",
+    r"\b(?:offsets?|tare[ds]?|tara|zeroed|zero (?:offset|error|point|reading|value|drift|shift)|"
+    r"(?:lead|contact|wiring|cable) (?:resistance|wires?)|"
+    r"zuleitung\w*|kabelwiderstand|nullpunkt\w*|nullwert\w*|versatz|"
+    r"factor|multiplier|faktor|korrektur\w*|umrechnungs\w*|facteur|décalage|not applied|uncorrected)\b|"
+    r"(?<!\w)[x×] ?10+\b",
     re.IGNORECASE,
 )
 """Words of a line by whose number readings may have to be changed."""
 _NEUTRAL = re.compile(r"[+-]?(?:0+(?:[.,]0*)?|1(?:[.,]0*)?)")
 """Numbers that change nothing, as an offset or as a factor."""
 _UNITS = re.compile(r"\b(?:units?|einheit(?:en)?|unités?|unidad(?:es)?|unità)\b", re.IGNORECASE)
-_RATE = re.compile(
-    r"\b(?:sampl(?:e|ing)|scan|log(?:ging)?|record(?:ing)?|acquisition|acq|data|abtast\w*|mess|aufzeichnungs)\w*"
-    r"[ _-]?(?P<what>rate|frequency|freq|interval|period|time step|step|rate|frequenz|intervall|takt)?\b",
+_IN = re.compile(
+    r"\b(?:are|is|all|now|values?|readings?|alle|werte)\b.*?\bin (?P<unit>[^\W\d]\S*)", re.IGNORECASE
+)
+"""A remark on the unit of some columns: `All displacements in cm`."""
+_SEVERAL = re.compile(
+    r"\b(?:parallel|layers|plies|lagen|schichten|number of (?:specimens|samples|wires|springs)|"
+    r"(?:specimens|samples|wires|springs) (?:per test|tested|at once))\b",
     re.IGNORECASE,
 )
+"""Words for several specimens that bear one load."""
+_RATE = re.compile(
+    r"\b(?:sampl(?:e|es|ing)|scan|log(?:ging)?|record(?:ing)?|acquisition|acq|daq|data|mess|aufzeichnungs)"
+    r"[ _-]*(?:rate|freq(?:uency)?|interval|period|(?:time )?step|frequenz|intervall|takt)\b|"
+    r"\babtast\w*|\bsampling\b",
+    re.IGNORECASE,
+)
+"""Names of the rate at which rows were written, or of the time between them."""
 _OF_MATERIAL = re.compile(
     r"\b(?:materials?|werkstoff|matériau|materiale?|silicones?|silikon|elastomer|rubber|compound|polymer)\b",
     re.IGNORECASE,
@@ -73,6 +87,7 @@ def question_lines(sample: Sample, recording: Recording, making: Making) -> None
             or _of_rate(line, name, value, recording, making)
             or _of_past(line, recording)
             or _of_law(line, name, value, recording)
+            or _of_several(line, value, making)
             or _of_correction(line, value, making)
         )
         if asked:
@@ -109,9 +124,11 @@ def _of_correction(line: str, value: str, making: Making) -> str:
 
 def _of_units(line: str, making: Making) -> str:
     """Question about a line of units of which one is not that of its column's heading."""
-    if not _UNITS.search(line):
+    remark = _IN.search(narrow(line))
+    if not _UNITS.search(line) and not remark:
         return ""
-    words = re.split(r"[\s,;:=|()\[\]]+", _UNITS.sub(" ", narrow(line)))
+    text = remark["unit"] if remark else _UNITS.sub(" ", narrow(line))
+    words = re.split(r"[\s,;:=|()\[\]]+", text)
     stated: dict[str, list[str]] = {}
     for word in words:
         if word and is_unit(word) and (len(word) > 1 or word in "NsKAV"):
@@ -158,6 +175,20 @@ def _of_past(line: str, recording: Recording) -> str:
         if number and key in keys and key not in recording.geometry and not _is_zero(number[0]):
             return f"may state what the specimen had seen, and was not used: --dimension {key}=... states it"
     return ""
+
+
+def _of_several(line: str, value: str, making: Making) -> str:
+    """Question about several specimens that were tested at once; empty for any other line."""
+    found = re.match(r"\D*(?P<count>[2-9]|1\d)\b(?![.,]\d)", value or line)
+    if making.kind not in ("elastomer", "wire", "spring") or not found or not _SEVERAL.search(line):
+        return ""
+    if "area_mm2" in making.options.dimensions:
+        return ""
+    of_one = "the force" if making.kind == "spring" else "the cross-section"
+    return (
+        f"may say that several were tested at once, and {of_one} is taken as that of one: --dimension"
+        " area_mm2=... or --scale force=... states it"
+    )
 
 
 def _is_zero(text: str) -> bool:

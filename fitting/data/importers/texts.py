@@ -33,6 +33,8 @@ MOST_EXAMPLES = 3
 """Number of texts that a notice about a column of text shows."""
 COUNTER_BITS = (16, 32)
 """Bits of counters, which begin anew where these are full."""
+LONGEST_STEP = 3.0
+"""Maximum step of a counter where it begins anew, over its largest other one [1]."""
 AFTER_WRAP, BEFORE_WRAP = 0.1, 0.9
 """Just after it begins anew a counter is below the first part of its period, just before above the second
 [1]."""
@@ -270,8 +272,10 @@ def _continue_counters(grid: Grid) -> None:
             period = 2.0**bits
             before, after = values[:-1] / period, values[1:] / period
             wraps = falls & (before > BEFORE_WRAP) & (after < AFTER_WRAP)
-            inside = values.min() >= 0.0 and values.max() < period
-            if inside and falls.any() and np.array_equal(falls, wraps):
+            inside = values.min() >= 0.0 and values.max() < period and falls.any()
+            steps = np.where(falls, np.diff(values) + period, np.diff(values))
+            usual = float(np.max(steps[~falls], initial=0.0))
+            if inside and np.array_equal(falls, wraps) and np.all(steps[falls] <= LONGEST_STEP * usual):
                 grid.values[1:, column] += period * np.cumsum(wraps)
                 row = grid.rows[int(np.argmax(wraps)) + 1]
                 grid.notices.append(

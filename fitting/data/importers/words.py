@@ -113,6 +113,7 @@ WORDS: dict[str, tuple[str, ...]] = {
         "pressure", "gauge pressure", "gage pressure", "absolute pressure", "pressure absolute",
         "pressure abs", "abs pressure", "pressure gauge", "applied pressure", "internal pressure",
         "air pressure", "supply pressure", "druck", "überdruck", "pression", "压力", "chamber pressure",
+        "absolutdruck", "absoluter druck", "relativdruck",
         "input pressure", "pressure measured", "measured pressure", "p", "p abs", "p gauge", "p rel",
         "p ch", "pch", "p chamber", "p in", "p int", "p internal", "p actuator",
         "pressione", "druk", "presión", "pressão", "tryck", "ciśnienie", "圧力", "압력", "давление",
@@ -209,6 +210,12 @@ _TAG_PATTERNS = (
     re.compile(r"^(?P<name>.+?)[\s\-:,_]+(?P<tag>[a-h])$"),  # `stress a`
 )  # fmt: skip
 
+_REMARK = re.compile(
+    r"\s+(filtered|raw|corrected|measured|meas|absolute|absolut|gauge|abs|ave|ist|actual|act)$"
+)
+"""Words behind a name that leave it the same quantity."""
+_DIFFERENCE = re.compile(r"(?P<name>\w+) ?[-/\u2212] ?(?P=name)[_ ]?(?:0|o|ref|init|initial|amb|rt|base)$")
+"""A quantity less its first value, or over it: `T-T0`, `R/R0`."""
 _LETTERS = re.compile(r"[^\W\d_]+")
 _CAPITAL = re.compile(r"(?<=[a-z])(?=[A-Z])")
 """Place of a capital that begins a word within another: `BendAngle`."""
@@ -244,6 +251,8 @@ def meaning(heading: Heading, any_unit: bool = False) -> Meaning | None:
         heading: heading of a column.
         any_unit: true to read symbols such as `R2` in units of other dimensions, too.
     """
+    if _DIFFERENCE.match(heading.name):
+        return None
     direct = _lookup(heading.name, heading, any_unit)
     if direct is not None:
         return Meaning(*direct)
@@ -275,7 +284,7 @@ def _lookup(name: str, heading: Heading, any_unit: bool = False) -> tuple[str, i
     for written in (
         name,
         name.replace("-", " "),
-        re.sub(r"\s+(filtered|raw|corrected|measured|absolute|absolut|gauge|abs|ave|ist|actual)$", "", name),
+        _REMARK.sub("", name),
         re.sub(r"^(filtered|raw|corrected)\s+", "", name),
         re.sub(r"\btemp\b\.?", "temperature", name),
         re.sub(r"(?<=ss)es$|(?<=ch)es$|(?<=[^s])s$", "", name),

@@ -42,7 +42,7 @@ def _as_written(recording: Recording, name: str, value: float) -> str:
     """A value as the file has it, with the canonical one where that is another."""
     unit, off = recording.written.get(name, ("", 0.0))
     own = schema.quantity_and_unit(name)[1]
-    if not unit or (find_unit(unit) == find_unit(own) and not off):
+    if not unit or not np.isfinite(value) or (find_unit(unit) == find_unit(own) and not off):
         return f"{value:g}"
     number = convert(np.array(value + off), unit=own, wanted=unit)
     less = f" less {amount(f'{off:g}', own)}" if off else ""

@@ -95,7 +95,8 @@ def read_merged(
         comments=table.comments,
         noise_includes_rounding=settings.get("noise_includes_rounding", False),
     )
-    recording.written.update({name: (unit, 0.0) for name, unit in written.items()})
+    others = {n: unit for n, unit in written.items() if unit != schema.quantity_and_unit(n)[1]}
+    recording.written.update({name: (unit, 0.0) for name, unit in others.items()})
     check_recording(recording, table.rows, where)
     question_units(recording, table.header, table.rows)
     if schema.IMPORTED in recording.source:  # import asked, of the units of the raw file
