@@ -62,6 +62,19 @@ SILENT = {
     "thin air": ("Time (s),p_abs (mbar),Length (mm)\n" + table(TIME, 10.0 * (PRESSURE + 83.4), LENGTH), TUBE, "--subtract pressure_kPa=-17.92"),
     "a field that white space hides": ("Time(s) Extension(mm) Force(N) Resistance(Ohm)\n" + table(TIME, PULLED, ["" if k == 7 else f"{f:.4f}" for k, f in enumerate(PULL)], OHM, mark=" "), COIL, "1 row has fewer fields than the 4 headings (row 9: '14 12.1739 3.32365')"),
     "seconds under milliseconds": ("Time (ms),Extension (mm),Force (N)\n" + table(TIME, EXTENSION, FORCE), COUPON, "24 rows last 0.046 s together"),
+    "rows that a column marks": ("Time (s),Extension (mm),Force (N),Status\n" + table(TIME, EXTENSION, FORCE, ["ERR" if k in (9, 10) else "OK" for k in K]), COUPON, "'Status' is 'ERR' in 2 rows (11, 12), and 'OK' in all others"),
+    "rows that are not valid": ("Time (s),Extension (mm),Force (N),Valid\n" + table(TIME, EXTENSION, FORCE, np.where(K == 9, 0, 1)), COUPON, "'Valid' is '0' in 1 row (11)"),
+    "an extensometer that was taken off": ("Time (s),Strain (%),Stress (kPa)\n" + table(TIME, np.minimum(100.0 * (STRETCH - 1.0), 25.0), STRESS), (), "strain stays at its largest value, 0.25, from row 12 to 25"),
+    "a temperature over another": ("Time (s),T-T0 (K),Strain (%),Stress (MPa)\n" + table(TIME, WARM - 25.0, 100.0 * SHRUNK, np.full(N, 150.0)), (), "not recognised: 'T-T0 (K)'"),
+    "the clock of a film": ("Timecode,Pressure (kPa),Length (mm)\n" + table([f"00:00:{k // 25:02d}:{k % 25:02d}" for k in 5 * K], PRESSURE, LENGTH), TUBE, "counts the pictures of a film"),
+    "a remark on a unit": (PULL_HEAD + table(TIME, EXTENSION, FORCE) + "\nAll displacements in cm\n", COUPON, "'All displacements in cm' states cm, and 'Extension (mm)' is in mm"),
+    "a remark on a factor": ("Note: force channel x10\n" + PULL_HEAD + table(TIME, EXTENSION, FORCE), COUPON, "'Note: force channel x10' speaks of a zero or a factor"),
+    "springs by their sides": ("t (s),Pressure (kPa),R left (Ohm),R right (Ohm),Bend angle (deg)\n" + table(TIME, PRESSURE, OHM, OHM - 0.01 * K, 0.9 * K), (), "'R left (Ohm)', 'R right (Ohm)' may be of springs"),
+    "a third spring": ("t (s),Pressure (kPa),R1 (Ohm),R2 (Ohm),R3 (Ohm),Bend angle (deg),Bend direction (deg)\n" + table(TIME, PRESSURE, OHM, OHM - 0.01 * K, OHM, 0.9 * K, 0.0 * K + 30.0), (), "design = \"triad\", since 'R3 (Ohm)'"),
+    "a sum below": (PULL_HEAD + table(TIME, EXTENSION, FORCE) + "552,180.4,31.2\n", COUPON, "in row 26, the last one"),
+    "pictures of a film": ("Frame rate: 25 fps\nFrame,Pressure (kPa),Length (mm)\n" + table(50 * K, PRESSURE, LENGTH), TUBE, "--interval 2 makes one"),
+    "a load without its sign": (PULL_HEAD + table(TIME, -EXTENSION * (-1.0) ** K, FORCE), COUPON, "was the sign of the load lost?"),
+    "layers": ("Number of layers: 3\nGauge length: 25 mm\nWidth: 6 mm\nThickness: 1 mm\n" + PULL_HEAD + table(TIME, EXTENSION, FORCE), (), "several were tested at once"),
 }  # fmt: skip
 
 
@@ -171,6 +184,18 @@ def test_a_press_by_its_german_words(put):
     stress = -120.0 * ((1.0 - press) - (1.0 - press) ** -2)
     content = "Zeit (s);Stauchung (mm);Druckkraft (N)\n" + table(TIME, 25.0 * press, 0.018 * stress, mark=";")
     as_it_was(import_file(put("a.csv", content), make_options(dimensions=COUPON)), strain=-press, stress_kPa=-stress)
+
+
+def test_files_one_behind_the_other_have_a_mark_of_the_code_between_them(put):
+    content = PULL_HEAD + table(TIME[:9], EXTENSION[:9], FORCE[:9]) + "\ufeff" + table(TIME[9:], EXTENSION[9:], FORCE[9:])
+    as_it_was(import_file(put("a.csv", content), make_options(dimensions=COUPON)), stress_kPa=STRESS)
+
+
+def test_an_absolute_pressure_in_german_and_a_garbled_degree_are_read(put):
+    content = "Zeit [s];Absolutdruck [mbar];Länge [mm]\n" + table(TIME, 10.0 * (PRESSURE + 101.325), LENGTH, mark=";", form="{:.8g}")
+    as_it_was(import_file(put("a.csv", content), make_options(dimensions=TUBE)), pressure_kPa=PRESSURE)
+    content = "Time (s),Temp (Â°C),Strain (%),Stress (MPa)\n" + table(TIME, WARM, 100.0 * SHRUNK, np.full(N, 150.0))
+    as_it_was(import_file(put("b.csv", content)), temperature_degC=WARM)
 
 
 def test_a_counter_of_16_bits_is_counted_on(put):

@@ -69,6 +69,14 @@ def notices_of_columns_aside(grid: Grid, channels: dict[str, Channel]) -> list[s
         for c in unused
     ]
     bare = [c for c in bare if c not in unused]
+    heats = [c for c in aside if "pressure" in channels and _is_of_a_spring(grid, c)]
+    if heats and not any(name.startswith("resistance") for name in channels):
+        labels = ", ".join(repr(grid.headings[c].text) for c in heats)
+        notices.append(
+            f"check: {labels} may be of springs, but of which is not said, so that these are taken as cold:"
+            " --map resistance_1=... --map resistance_2=..., of the spring at side 1 and of the other"
+        )
+        aside = [c for c in aside if c not in heats]
     rest = [repr(grid.headings[c].text) for c in aside if c not in clocks]
     rest += [f"column {c + 1}, which has no heading" if grid.headings else f"column {c + 1}" for c in bare]
     if rest:
@@ -92,6 +100,12 @@ def _of_other_unit(grid: Grid, column: int, channels: dict[str, Channel]) -> str
     option = f"--map {quantity}={shlex.quote(heading.text)} --unit {quantity}=..."
     other = f", and {taken.label!r} taken" if taken else f". If it is {quantity}: {option}"
     return f"check: {heading.text!r} reads like {quantity}, but {unit}: it was left aside{other}"
+
+
+def _is_of_a_spring(grid: Grid, column: int) -> bool:
+    """True if a column left aside is in a unit of resistance and changes."""
+    values = grid.values[:, column]
+    return dimension(grid.headings[column].unit) == "resistance" and bool(np.isfinite(values).any())
 
 
 def _perhaps_clock(grid: Grid, column: int) -> str:

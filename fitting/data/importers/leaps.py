@@ -64,6 +64,8 @@ def question_leaps(columns: Mapping[str, np.ndarray], rows: np.ndarray, making: 
     if making.kind == "elastomer" and {"strain", "stress_kPa"} <= columns.keys():
         _question_stopped(columns["strain"], columns["stress_kPa"], rows, making)
     pair = _MOVED.get(making.kind, ())
+    if pair and pair[0] in columns:
+        _question_last(pair[0], columns[pair[0]], rows, making)
     if pair and all(name in columns for name in pair):
         _question_anew(pair, columns, rows, making)
 
@@ -95,6 +97,22 @@ def _question_first(name: str, values: np.ndarray, rows: np.ndarray, making: Mak
         making.warn(
             f"{name} is {values[0]:.4g} in row {rows[0]} and {values[1]:.4g} in row {rows[1]}, and never"
             " changes as fast again: was the first one a reading? If not, leave this field empty in the file"
+        )
+
+
+def _question_last(name: str, values: np.ndarray, rows: np.ndarray, making: Making) -> None:
+    """Ask about a last position far beyond all others, as a sum below a table is."""
+    known = np.flatnonzero(np.isfinite(values))
+    x = values[known]
+    if x.size < LEAST_ROWS:
+        return
+    least, most = float(x[:-1].min()), float(x[:-1].max())
+    beyond = max(float(x[-1]) - most, least - float(x[-1]))
+    if beyond > OF_RANGE * (most - least) and beyond > APART * float(np.abs(np.diff(x[:-1])).max()):
+        making.warn(
+            f"{name} is {x[-1]:.6g} in row {rows[known[-1]]}, the last one, and {least:.4g} to {most:.4g} in"
+            f" all others: is it a reading, or a sum? {making.keep_rows(1, int(rows[known[-2]]))} leaves"
+            " it out"
         )
 
 

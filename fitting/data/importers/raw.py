@@ -142,6 +142,7 @@ class RawFile:
         text = _decode(re.sub(rb"\0{4,}\Z", b"", self.content))
         if "\0" in text:
             raise unusable(self.path, "this is neither text nor an Excel workbook; export it as .csv")
+        text = text.replace("\ufeff", "")  # the mark of the code, where files were put one behind the other
         return _joined(text.replace("\r\n", "\n").replace("\r", "\n").split("\n"))
 
 

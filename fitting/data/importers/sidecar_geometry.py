@@ -32,6 +32,9 @@ def geometry_of_sidecar(of_format: Mapping[str, object], making: Making) -> dict
             making.warn(f"--dimension {key}: {why}")
     of_file = geometry_of_file(making)
     geometry = {**of_format, **of_file, **stated}
+    if kind == "actuator" and "resistance_3" in making.channels and "design" not in geometry:
+        geometry["design"] = "triad"
+        making.warn(f'design = "triad", since {making.channels["resistance_3"].label!r} is of a third spring')
     fitted = {"elastomer": "material", "wire": "alloy"}.get(kind)
     if fitted and fitted not in geometry:
         geometry[fitted] = "fit"

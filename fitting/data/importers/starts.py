@@ -14,6 +14,8 @@ PRELOAD = 0.01
 ACROSS = 0.05
 """Minimum share of rows with opposite signs of strain and stress, both beyond `AT_START`, that indicates a
 shifted zero. A loop of a rubber has fewer."""
+BOTH_WAYS = 0.2
+"""The same share where a stress has one sign and the strain both."""
 BEGINS = "strain begins at"
 """First words of a notice about a strain that may be counted from another zero."""
 NOISES = 5.0
@@ -77,9 +79,16 @@ def _crosses(x: np.ndarray, y: np.ndarray, pair: tuple[str, str], making: Making
     reach = float(np.ptp(x))
     across = (x * y < 0.0) & (np.abs(x) > AT_START * reach) & (np.abs(y) > AT_START * float(np.abs(y).max()))
     least = int(np.argmin(np.abs(y)))
+    answer, unit = pair[1].rsplit("_", 1)
+    one_sign = not (np.any(y > 0.0) and np.any(y < 0.0))
+    if np.mean(across) > BOTH_WAYS and one_sign and x.min() < 0.0 < x.max():
+        making.warn(
+            f"{answer} has one sign, and strain goes both ways, so that they oppose each other in"
+            f" {counted(int(across.sum()), 'row')}: was the sign of the load lost? Then write it into the file"
+        )
+        return True
     if not (np.mean(across) > ACROSS and abs(x[least]) > AT_START * reach):
         return False
-    answer, unit = pair[1].rsplit("_", 1)
     making.warn(
         f"strain and {answer} have opposite signs in {counted(int(across.sum()), 'row')}, so one of them was"
         f" counted from another zero. {answer} is nearest to 0, {y[least]:.4g} {unit}, at strain"

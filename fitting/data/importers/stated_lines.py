@@ -9,9 +9,12 @@ import re
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+import numpy as np
+
 from pneusma_jax.units import dimension_of, find_unit
 
 from ..recordings import Recording
+from .grid import Grid
 from .header_lines import shown
 from .making import Making
 from .numerals import to_number
@@ -24,8 +27,8 @@ _CORRECTION = re.compile(
     r"\b(?:offsets?|tare[ds]?|tara|zeroed|zero (?:offset|error|point|reading|value|drift|shift)|"
     r"(?:lead|contact|wiring|cable) (?:resistance|wires?)|"
     r"zuleitung\w*|kabelwiderstand|nullpunkt\w*|nullwert\w*|versatz|"
-    r"factor|multiplier|faktor|korrektur\w*|umrechnungs\w*|facteur|décalage|not applied|uncorrected)\b|"
-    r"(?<!\w)[x×] ?10+\b",
+    r"factor|multiplier|faktor|korrektur\w*|umrechnungs\w*|facteur|décalage|not applied|uncorrected|"
+    r"drift\w*)\b|(?<!\w)[x×] ?10+\b",
     re.IGNORECASE,
 )
 """Words of a line by whose number readings may have to be changed."""
@@ -43,12 +46,18 @@ _SEVERAL = re.compile(
 )
 """Words for several specimens that bear one load."""
 _RATE = re.compile(
-    r"\b(?:sampl(?:e|es|ing)|scan|log(?:ging)?|record(?:ing)?|acquisition|acq|daq|data|mess|aufzeichnungs)"
+    r"\b(?:sampl(?:e|es|ing)|scan|log(?:ging)?|record(?:ing)?|acquisition|acq|daq|data|mess|aufzeichnungs|frame|bild)"
     r"[ _-]*(?:rate|freq(?:uency)?|interval|period|(?:time )?step|frequenz|intervall|takt)\b|"
     r"\babtast\w*|\bsampling\b",
     re.IGNORECASE,
 )
 """Names of the rate at which rows were written, or of the time between them."""
+_A_SECOND = ("fps", "sps", "samples/s", "frames/s", "pts/s", "s/s", "bilder/s")
+"""Units of a rate beside Hz."""
+_COUNT = re.compile(
+    r"(?:frame|sample|index|point|scan|bild|no|nr|number)(?: (?:no|nr|number|count|index))?\.?"
+)
+"""Headings of a column that counts samples or pictures."""
 _OF_MATERIAL = re.compile(
     r"\b(?:materials?|werkstoff|matériau|materiale?|silicones?|silikon|elastomer|rubber|compound|polymer)\b",
     re.IGNORECASE,
@@ -84,7 +93,7 @@ def question_lines(sample: Sample, recording: Recording, making: Making) -> None
             continue
         asked = (
             _of_units(line, making)
-            or _of_rate(line, name, value, recording, making)
+            or _of_rate(sample.require_grid(), name, value, recording, making)
             or _of_past(line, recording)
             or _of_law(line, name, value, recording)
             or _of_several(line, value, making)
@@ -146,13 +155,16 @@ def _of_units(line: str, making: Making) -> str:
     return ""
 
 
-def _of_rate(line: str, name: str, value: str, recording: Recording, making: Making) -> str:
+def _of_rate(
+    grid: Grid, name: str, value: str, recording: Recording, making: Making
+) -> str:
     """Question about a rate or an interval of the rows, where the file has no clock."""
     has_clock = "time_s" in recording.columns and not making.clock_counts_rows
     if has_clock or making.options.interval_s is not None or not _RATE.search(name):
         return ""
     found = re.match(rf"(?P<number>{_NUMBER})\s*(?P<unit>[^\W\d][\w/]*)?", value)
     unit = unit_name((found and found["unit"]) or re.sub(r".*[(\[](.*)[)\]].*", r"\1", name))
+    unit = "Hz" if unit.casefold() in _A_SECOND else unit
     number = None if found is None else to_number(found["number"], "." if "." in found["number"] else ",")
     if number is None or not number > 0.0 or not is_unit(unit):
         return ""
@@ -162,7 +174,18 @@ def _of_rate(line: str, name: str, value: str, recording: Recording, making: Mak
         step = 1.0 / (number * find_unit(unit).factor)
     else:
         return ""
+    step *= _steps_of_a_count(grid)
     return f"may state the time between rows, and the file has no clock: --interval {step:.6g} makes one"
+
+
+def _steps_of_a_count(grid: Grid) -> float:
+    """Samples or pictures from row to row, by a column that counts them in even steps; 1 without one."""
+    for column, heading in enumerate(grid.headings):
+        steps = np.diff(grid.values[:, column])
+        even = steps.size and np.isfinite(steps).all() and float(np.ptp(steps)) == 0.0 and steps[0] >= 1.0
+        if _COUNT.fullmatch(heading.name) and even and steps[0] % 1.0 == 0.0:
+            return float(steps[0])
+    return 1.0
 
 
 def _of_past(line: str, recording: Recording) -> str:

@@ -129,6 +129,7 @@ WORDS: dict[str, tuple[str, ...]] = {
         "bend angle", "bending angle", "tip angle", "deflection angle", "biegewinkel", "bend", "angle",
         "theta", "θ", "winkel",
     ),
+    "bend_direction": ("bend direction", "bending direction", "direction of bending", "biegerichtung"),
     "cycle": (
         "cycle", "cycle number", "cycle count", "total cycle count", "total cycles", "cycle no",
         "cycle no.",
