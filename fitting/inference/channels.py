@@ -9,7 +9,8 @@ import numpy as np
 
 from fitting.data.recordings import Recording
 
-from .noise import FEW, GAUSSIAN_MAD, correlation_of, dithered, lagged_squares, rounding_noise
+from .noise import FEW, GAUSSIAN_MAD, ORDERS, correlation_of, dithered, lagged_squares, rounding_noise
+from .partial_pooling import pooled_by_difference
 from .readings import noise_found, read_values, stated_noise
 
 CORRELATED = 0.25
@@ -153,20 +154,32 @@ def unstated_noise(values: np.ndarray, white: float) -> tuple[float, float]:
     return first_order_noise(white, correlation), correlation
 
 
-def unstated_noise_of_several(pieces: Sequence[np.ndarray], white: Sequence[float]) -> float:
-    """Standard deviation of one channel that was read several times and states no noise.
+def unstated_noise_of_several(pieces: Sequence[np.ndarray], white: Sequence[float]) -> np.ndarray:
+    """Standard deviation of one channel in each of several recordings that state no noise.
 
-    Few samples tell a correlation badly, so all pieces tell one together; see `unstated_noise`.
+    Few samples tell a correlation badly, so all pieces tell one together; see `unstated_noise`. They tell one
+    size, too, unless they clearly differ (`pooled_by_difference`).
 
     Args:
         pieces: samples of each recording in their order, five or more each.
         white: standard deviation of each under the assumption of white noise.
+
+    Returns:
+        One for each piece, shape (pieces,).
     """
-    weights = [len(piece) for piece in pieces]
-    squares = np.average([lagged_squares(piece) for piece in pieces], axis=0, weights=weights)
-    correlation = correlation_of(squares) if sum(weights) >= FEW else 0.0
+    weights = np.array([len(piece) for piece in pieces])
     size = float(np.sqrt(np.average(np.square(white), weights=weights)))
-    return first_order_noise(size, correlation if correlation > CORRELATED else 0.0)
+    sizes = pooled_by_difference(white, weights - ORDERS[-1])
+    if sizes is None:
+        sizes = np.full(len(pieces), size)
+    units = np.where(sizes > 0.0, sizes, 1.0)
+    squares = np.average(
+        [np.array(lagged_squares(piece)) / unit**2 for piece, unit in zip(pieces, units, strict=True)],
+        axis=0,
+        weights=weights,
+    )
+    correlation = correlation_of(squares) if weights.sum() >= FEW else 0.0
+    return first_order_noise(1.0, correlation if correlation > CORRELATED else 0.0) * sizes
 
 
 def first_order_noise(white: float, correlation: float) -> float:

@@ -52,6 +52,32 @@ def test_residuals_tell_noise_that_readings_do_not(correlation):
     assert min(sizes) == pytest.approx(1e-3, rel=0.3)
 
 
+@pytest.mark.parametrize("noisy", ["inflation_1", "inflation_4"])
+def test_one_noisy_recording_widens_no_other(noisy):
+    """All error bars were doubled by a recording of five times the noise, and hid misfit in the others."""
+    campaign, rng = silent(), np.random.default_rng(4)
+    rows, predicted = TUBE.rows_for(campaign), []
+    for recording, one in zip(campaign.recordings, rows, strict=True):
+        size = 5e-3 if recording.name == noisy else 1e-3
+        predicted.append({"length": one.measured["length"] - size * rng.standard_normal(len(one.time))})
+    told = with_noise_of_residuals(campaign.recordings, rows, lambda: predicted)
+    sizes = {r.name: float(np.median(1.0 / one.weight["length"])) for r, one in zip(campaign.recordings, told, strict=True)}
+    assert sizes.pop(noisy) == pytest.approx(5e-3, rel=0.3)
+    assert list(sizes.values()) == pytest.approx([1e-3] * len(sizes), rel=0.3)
+
+
+def test_a_recording_for_validation_changes_no_noise_of_a_fit():
+    campaign, rng = silent(), np.random.default_rng(4)
+    rows = TUBE.rows_for(campaign)
+    predicted = [{"length": one.measured["length"] - 1e-3 * rng.standard_normal(len(one.time))} for one in rows]
+    (unseen,) = [k for k, r in enumerate(campaign.recordings) if r.role == "validation"]
+    before = with_noise_of_residuals(campaign.recordings, rows, lambda: predicted)
+    predicted[unseen] = {"length": rows[unseen].measured["length"] + 5.0 * (predicted[unseen]["length"] - rows[unseen].measured["length"])}
+    after = with_noise_of_residuals(campaign.recordings, rows, lambda: predicted)
+    same = [np.array_equal(a.weight["length"], b.weight["length"]) for a, b in zip(before, after, strict=True)]
+    assert same == [k != unseen for k in range(len(rows))]
+
+
 def test_a_stated_noise_is_not_told_anew():
     campaign = silent("length_mm")
     rows = TUBE.rows_for(campaign)

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fitting.diagnose.evaluate.instruments import Series, instrument_of
+from fitting.diagnose.evaluate.instruments import Series, each_of_its_size, instrument_of
 
 TIME = np.arange(150)
 
@@ -134,3 +134,27 @@ def test_neighbours_among_chosen_rows_tell_the_noise():
     errors = slow + 0.02 * np.random.default_rng(1).normal(size=400)
     found = instrument_of([Series(errors, np.ones(400), np.zeros(400), None, 1, readings=readings)])
     assert found.scale == pytest.approx(0.02, rel=0.1)
+
+
+def in_recordings(rng, sizes, inputs=0.0, correlation=0.0):
+    """Series of errors of these sizes, with errors of inputs beside them."""
+    return [
+        Series(np.hypot(size, np.sqrt(inputs)) * noise(rng, correlation), np.ones(150), np.full(150, inputs), None, 1)
+        for size in sizes
+    ]
+
+
+@pytest.mark.parametrize(("inputs", "correlation"), [(0.0, 0.0), (0.1**2, 0.0), (0.0, 0.8)])
+def test_a_noisy_recording_has_a_noise_of_its_own(rng, inputs, correlation):
+    series = in_recordings(rng, [1.0, 0.2, 0.2, 0.2], inputs, correlation)
+    each = each_of_its_size(series, instrument_of(series))
+    found = instrument_of(each)
+    assert found.correlation == pytest.approx(correlation, abs=0.15)
+    assert [found.scale * one.relative for one in each] == pytest.approx([1.0, 0.2, 0.2, 0.2], rel=0.3)
+
+
+def test_recordings_of_one_noise_keep_it(rng):
+    """Also beside large errors of inputs, which tell nothing of the instrument's own."""
+    for inputs in (0.0, 1.0):
+        series = in_recordings(rng, [0.2] * 4, inputs)
+        assert each_of_its_size(series, instrument_of(series)) is None

@@ -37,6 +37,16 @@ def test_slow_misfit_that_a_named_effect_explains_is_no_noise():
     assert found.final.slugs == (CONSTANT,) and size(found.program) == pytest.approx(1.0, abs=0.15)
 
 
+def test_one_noisy_recording_hides_no_misfit_in_the_others():
+    """An effect of 1.5 sd in three quiet recordings, beside one of five times the noise."""
+    world, rng = tubes(effects=(CONSTANT, DELAY), stated=False), np.random.default_rng(3)
+    measured = world.truth(rng, **{CONSTANT: 1.5})
+    measured[0] += np.sqrt(24.0) * rng.standard_normal(60)
+    found = explain(world.program(measured), rng)
+    sizes = [float(np.median(row[0].sigma)) / SIGMA for row in found.program.bare]
+    assert sizes == pytest.approx([5.0, 1.0, 1.0, 1.0], rel=0.3) and found.final.slugs == (CONSTANT,)
+
+
 def test_a_stated_noise_stays():
     world = strong()
     program, _ = base_fit(world.program(world.truth(np.random.default_rng(1), **{CONSTANT: 3.0})))

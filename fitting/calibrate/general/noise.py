@@ -7,6 +7,7 @@ that judge one model by two noises would contradict each other.
 """
 
 from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Set as AbstractSet
 
 import equinox as eqx
 import numpy as np
@@ -29,8 +30,11 @@ def with_noise_of_residuals(
 ) -> Sequence[Rows]:
     """Recordings whose unstated noise is at least what the residuals of a model tell.
 
-    All fitted recordings of an output tell one noise: they were read by one instrument. Rows that were chosen
-    among more lie apart, and slow misfit would pass for scatter. So such recordings are not asked.
+    Recordings of an output tell one noise, or one each where they clearly differ
+    (`fitting.inference.partial_pooling`). Fitted ones are judged among themselves. Those for validation are
+    judged among all, since they change no fit. Rows that were chosen among more lie apart, and slow misfit
+    would pass for scatter. So such recordings are not asked. They have the noise of the others, where that
+    is one.
 
     Args:
         recordings: recordings as they were read, or reduced.
@@ -41,17 +45,45 @@ def with_noise_of_residuals(
     if not any(_unstated(recording, one) for recording, one in zip(recordings, rows, strict=True)):
         return rows
     predicted = predict()
-    told: dict[str, list[tuple[np.ndarray, float]]] = {}
-    for recording, one, found in zip(recordings, rows, predicted, strict=True):
-        if recording.role == "fit" and chosen_readings(reduced(recording, MOST_ROWS)) is None:
+    told: dict[str, dict[int, tuple[np.ndarray, float]]] = {}
+    for k, (recording, one, found) in enumerate(zip(recordings, rows, predicted, strict=True)):
+        if chosen_readings(reduced(recording, MOST_ROWS)) is None:
             for name in _silent(recording, one, found):
                 if residuals := _residuals(one, name, found[name]):
-                    told.setdefault(name, []).append(residuals)
-    sizes = {name: unstated_noise_of_several(*zip(*each, strict=True)) for name, each in told.items()}
+                    told.setdefault(name, {})[k] = residuals
+    fitted = {k for k, recording in enumerate(recordings) if recording.role == "fit"}
+    sizes = {name: _sizes(each, fitted, len(rows)) for name, each in told.items()}
     return [
-        _with_at_least(one, {n: sizes[n] for n in _silent(recording, one, found) if n in sizes})
-        for recording, one, found in zip(recordings, rows, predicted, strict=True)
+        _with_at_least(one, {n: sizes[n][k] for n in _silent(recording, one, found) if n in sizes})
+        for k, (recording, one, found) in enumerate(zip(recordings, rows, predicted, strict=True))
     ]
+
+
+def _sizes(told: Mapping[int, tuple[np.ndarray, float]], fitted: AbstractSet[int], count: int) -> np.ndarray:
+    """Standard deviation of one output in every recording, shape (count,); 0 where nothing tells it.
+
+    Args:
+        told: residuals and the size of their white noise, of the recordings that tell them, by number.
+        fitted: numbers of the recordings that are fitted.
+        count: number of recordings.
+    """
+    found, tests = np.zeros(count), sorted(set(told) & fitted)
+    if not tests:
+        return found
+    sizes = _of(told, tests)
+    found[:] = sizes[0] if np.ptp(sizes) == 0.0 else 0.0
+    found[tests] = sizes
+    every = sorted(told)
+    among_all = _of(told, every)
+    for k, size in zip(every, among_all, strict=True) if np.ptp(among_all) > 0.0 else ():
+        if k not in fitted:
+            found[k] = size
+    return found
+
+
+def _of(told: Mapping[int, tuple[np.ndarray, float]], chosen: Sequence[int]) -> np.ndarray:
+    """Standard deviations of an output in some recordings, judged among themselves."""
+    return unstated_noise_of_several(*zip(*(told[k] for k in chosen), strict=True))
 
 
 def _unstated(recording: Recording, rows: Rows) -> list[str]:

@@ -14,6 +14,7 @@ import numpy as np
 from scipy.special import ndtri
 
 from fitting.inference.channels import Channel, block_noise
+from fitting.inference.partial_pooling import pooled_by_difference
 from fitting.specimens.block_means import averaged
 from pneusma_jax.late import Late
 
@@ -58,6 +59,7 @@ class Instrument:
     def applied_to(self, channel: Channel, one: "Series") -> Channel:
         """A channel with this noise. Unstated noise is at least that of rounding."""
         sigma, correlation = self.sigma(one.stated, one.signal, one.block)
+        sigma = one.relative * sigma
         if one.stated is None:
             sigma = np.maximum(sigma, one.rounding)
         there = np.isfinite(channel.sigma)
@@ -78,6 +80,8 @@ class Series:
             `dithered`.
         readings: number of each row among the readings that it was chosen from, (rows,); None where every
             reading is in a row.
+        relative: 1-sigma over that of the instrument [1], where recordings clearly differ; see
+            `each_of_its_size`.
     """
 
     errors: np.ndarray
@@ -87,6 +91,7 @@ class Series:
     block: int
     rounding: float = 0.0
     readings: np.ndarray | None = None
+    relative: float = 1.0
 
     def dithered(self, rounding: float) -> "Series":
         """The same with random errors of half a rounding step: rounded rows have differences of 0.
@@ -182,21 +187,68 @@ def instrument_of(series: Sequence[Series]) -> Instrument | None:
         for one, parts in zip(series, bends, strict=True):
             sigma, r = found.sigma(one.stated, one.signal, one.block)
             for lag, (bend, rows) in zip(NOISE.lags, parts, strict=True):
-                own = 6.0 - 8.0 * r**lag + 2.0 * r ** (2 * lag)
-                spread = _core(INSTRUMENTS.student_degrees) * np.sqrt(
-                    own * sigma[rows] ** 2 + 6.0 * one.inputs[rows]
-                )
-                total += np.sum(
-                    np.log(spread)
-                    + 0.5
-                    * (INSTRUMENTS.student_degrees + 1.0)
-                    * np.log1p((bend / spread) ** 2 / INSTRUMENTS.student_degrees)
-                )
+                own, inputs = _variances(one, sigma, r, lag, rows)
+                total += _heavy_tailed(bend, one.relative**2 * own + inputs)
         return float(total / NOISE.dependent_differences)
 
     # a stated size is believed: fast physics would pass for noise
     scale, fall, correlation = _chosen(cost, () if stated else (0,))
     return Instrument(unit * float(np.exp(scale)), float(-np.expm1(-2.0 * fall)), level, float(correlation))
+
+
+def each_of_its_size(series: Sequence[Series], found: Instrument) -> list[Series] | None:
+    """The series with the size of each beside the others; None where one noise serves all of them.
+
+    The scatter of neighbouring residuals tells the sizes. Misfit is hardly in it, for it lasts longer. What
+    noise of inputs makes of it tells nothing of the instrument, so such differences count by less.
+
+    Args:
+        series: errors of one quantity, whose noise nobody states.
+        found: noise of all of them as one.
+    """
+    sizes, counts = np.ones(len(series)), np.zeros(len(series))
+    for k, one in enumerate(series):
+        bend, rows = one.bends()[0]
+        if len(bend):
+            sigma, correlation = found.sigma(one.stated, one.signal, one.block)
+            own, inputs = _variances(one, sigma, correlation, NOISE.lags[0], rows)
+            sizes[k] = _size(bend, own, inputs)
+            own = sizes[k] ** 2 * own
+            counts[k] = len(bend) * np.mean(own / (own + inputs)) ** 2
+    each = pooled_by_difference(sizes, counts)
+    if each is None:
+        return None
+    return [replace(one, relative=float(size)) for one, size in zip(series, each, strict=True)]
+
+
+def _size(bends: np.ndarray, own: np.ndarray, inputs: np.ndarray) -> float:
+    """Factor on the instrument's 1-sigma that makes second differences most likely; see `_variances`."""
+    cost = lambda scale: _heavy_tailed(bends, np.exp(2.0 * scale) * own + inputs)  # noqa: E731
+    return float(np.exp(optimize.minimize_scalar(cost, bounds=(-3.0, 3.0), method="bounded").x))
+
+
+def _variances(
+    one: Series, sigma: np.ndarray, correlation: float, lag: int, rows: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Variances of second differences about some rows: by the instrument, and by the noise of inputs.
+
+    Args:
+        one: errors.
+        sigma: 1-sigma of the instrument in every row, SI.
+        correlation: of neighbouring rows [1].
+        lag: rows between the values of a difference.
+        rows: rows in their middle.
+    """
+    own = 6.0 - 8.0 * correlation**lag + 2.0 * correlation ** (2 * lag)
+    return own * sigma[rows] ** 2, 6.0 * one.inputs[rows]
+
+
+def _heavy_tailed(bends: np.ndarray, variance: np.ndarray) -> float:
+    """Negative log-likelihood of Student's t, whose core is that of a Gaussian of this variance."""
+    degrees = INSTRUMENTS.student_degrees
+    spread = _core(degrees) * np.sqrt(variance)
+    tail = np.log1p((bends / spread) ** 2 / degrees)
+    return float(np.sum(np.log(spread) + 0.5 * (degrees + 1.0) * tail))
 
 
 def _chosen(cost: Callable[..., float], always: tuple[int, ...]) -> np.ndarray:

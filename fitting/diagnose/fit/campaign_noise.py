@@ -9,13 +9,14 @@ from fitting.inference.readings import read_values, stated_noise
 from fitting.specimens.reduction import chosen_readings
 
 from ..evaluate.evaluation import Evaluation, row_count
-from ..evaluate.instruments import Series, instrument_of, series_of
+from ..evaluate.instruments import Series, each_of_its_size, instrument_of, series_of
 from ..evaluate.program import Program
 
 
 def with_noise_of(program: Program, here: Evaluation) -> Program:
     """The program with the noise that all recordings of an instrument show once a model is fitted.
 
+    Where nobody states it, recordings that clearly differ have one each (`each_of_its_size`).
     A resistance that latent trajectories follow shows no errors, so its first estimate stays
     (`high_frequency_noise`).
 
@@ -40,9 +41,13 @@ def with_noise_of(program: Program, here: Evaluation) -> Program:
                 one = replace(one, readings=readings)
             key = channel.quantity, stated is None
             groups.setdefault(key, []).append((k, j, one.less(taken[j])))
-    for members in groups.values():
-        noise = instrument_of([one for _, _, one in members] + _samples(program, members))
-        for k, j, one in members if noise else ():
+    for (_, unstated), members in groups.items():
+        series = [one for _, _, one in members]
+        noise = instrument_of(series + _samples(program, members))
+        each = each_of_its_size(series, noise) if noise and unstated else None
+        if each is not None:
+            noise, series = instrument_of(each), each
+        for (k, j, _), one in zip(members, series, strict=True) if noise else ():
             bare[k][j] = noise.applied_to(bare[k][j], one)
     copy = replace(program, bare=bare)
     copy.count_input_noise(here.u)
