@@ -154,32 +154,37 @@ def unstated_noise(values: np.ndarray, white: float) -> tuple[float, float]:
     return first_order_noise(white, correlation), correlation
 
 
-def unstated_noise_of_several(pieces: Sequence[np.ndarray], white: Sequence[float]) -> np.ndarray:
+def unstated_noise_of_several(
+    pieces: Sequence[np.ndarray], white: Sequence[float], inputs: Sequence[float]
+) -> np.ndarray:
     """Standard deviation of one channel in each of several recordings that state no noise.
 
     Few samples tell a correlation badly, so all pieces tell one together; see `unstated_noise`. They tell one
-    size, too, unless they clearly differ (`pooled_by_difference`).
+    size, too, unless they clearly differ (`pooled_by_difference`). The noise of inputs is known and counts
+    elsewhere. So it is subtracted.
 
     Args:
         pieces: samples of each recording in their order, five or more each.
         white: standard deviation of each under the assumption of white noise.
+        inputs: variance of each by the noise of inputs.
 
     Returns:
-        One for each piece, shape (pieces,).
+        Standard deviation of each piece without the noise of inputs, shape (pieces,).
     """
-    weights = np.array([len(piece) for piece in pieces])
-    size = float(np.sqrt(np.average(np.square(white), weights=weights)))
-    sizes = pooled_by_difference(white, weights - ORDERS[-1])
+    weights, added = np.array([len(piece) for piece in pieces]), np.asarray(inputs, float)
+    whole = np.square(white)
+    own = np.maximum(whole - added, 0.0)
+    counts = (weights - ORDERS[-1]) * (own / np.where(whole > 0.0, whole, 1.0)) ** 2
+    sizes = pooled_by_difference(np.sqrt(own), counts)
     if sizes is None:
-        sizes = np.full(len(pieces), size)
-    units = np.where(sizes > 0.0, sizes, 1.0)
-    squares = np.average(
-        [np.array(lagged_squares(piece)) / unit**2 for piece, unit in zip(pieces, units, strict=True)],
-        axis=0,
-        weights=weights,
-    )
-    correlation = correlation_of(squares) if weights.sum() >= FEW else 0.0
-    return first_order_noise(1.0, correlation if correlation > CORRELATED else 0.0) * sizes
+        one = max(float(np.average(whole - added, weights=weights)), 0.0)
+        sizes = np.full(len(pieces), np.sqrt(one))
+    total = sizes**2 + added
+    units = np.where(total > 0.0, total, 1.0)
+    each = np.array([lagged_squares(piece) for piece in pieces]) / units[:, None]
+    correlation = correlation_of(np.average(each, axis=0, weights=weights)) if weights.sum() >= FEW else 0.0
+    factor = first_order_noise(1.0, correlation if correlation > CORRELATED else 0.0)
+    return np.sqrt(factor**2 * total - added)
 
 
 def first_order_noise(white: float, correlation: float) -> float:

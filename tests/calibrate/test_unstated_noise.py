@@ -14,6 +14,7 @@ from fitting.diagnose.evaluate.inputs import input_noise
 from fitting.inference.readings import noise_found, noise_of
 from fitting.report.general import text
 from fitting.specimens import TUBE, stack
+from fitting.specimens.rows import CLEAN
 
 EXAMPLE = Path(__file__).parents[2] / "calibration_data" / "examples" / "tube"
 
@@ -64,6 +65,21 @@ def test_one_noisy_recording_widens_no_other(noisy):
     sizes = {r.name: float(np.median(1.0 / one.weight["length"])) for r, one in zip(campaign.recordings, told, strict=True)}
     assert sizes.pop(noisy) == pytest.approx(5e-3, rel=0.3)
     assert list(sizes.values()) == pytest.approx([1e-3] * len(sizes), rel=0.3)
+
+
+def test_what_residuals_tell_beyond_noise_of_inputs_is_the_outputs_own():
+    """It is alike in all rows. It had counted as noise of the pressure, and a fit beside zeros was drawn away by it."""
+    campaign, rng = silent(), np.random.default_rng(5)
+    rows, predicted = TUBE.rows_for(campaign), []
+    by_inputs = [1.0 / one.weight["length"] ** 2 - 1.0 / one.extra[CLEAN]["length"] ** 2 for one in rows]
+    for one, variance in zip(rows, by_inputs, strict=True):
+        error = np.sqrt(5e-4**2 + variance) * rng.standard_normal(len(one.time))
+        predicted.append({"length": one.measured["length"] - error})
+    told = with_noise_of_residuals(campaign.recordings, rows, lambda: predicted)
+    for one, variance in zip(told, by_inputs, strict=True):
+        own = 1.0 / one.extra[CLEAN]["length"]
+        assert np.ptp(own) == pytest.approx(0.0, abs=1e-12) and own[0] == pytest.approx(5e-4, rel=0.4)
+        np.testing.assert_allclose(1.0 / one.weight["length"] ** 2, own**2 + variance, rtol=1e-9)
 
 
 def test_a_recording_for_validation_changes_no_noise_of_a_fit():

@@ -20,7 +20,8 @@ def drawn(rng, sizes, count, correlation=0.0):
 
 
 def told(pieces):
-    return unstated_noise_of_several(pieces, [robust_noise(np.arange(len(p) * 1.0), p) for p in pieces])
+    white = [robust_noise(np.arange(len(p) * 1.0), p) for p in pieces]
+    return unstated_noise_of_several(pieces, white, np.zeros(len(pieces)))
 
 
 @pytest.mark.parametrize("correlation", [0.0, 0.8])

@@ -8,6 +8,7 @@ that judge one model by two noises would contradict each other.
 
 from collections.abc import Callable, Mapping, Sequence
 from collections.abc import Set as AbstractSet
+from dataclasses import dataclass
 
 import equinox as eqx
 import numpy as np
@@ -17,10 +18,25 @@ from fitting.inference.channels import unstated_noise_of_several
 from fitting.inference.noise import robust_noise
 from fitting.specimens import Rows
 from fitting.specimens.reduction import chosen_readings, reduced
-from fitting.specimens.rows import MOST_ROWS
+from fitting.specimens.rows import CLEAN, MOST_ROWS, with_extra
 
 FEWEST = 12
 """Minimum number of rows of a recording that tell a noise."""
+
+
+@dataclass(frozen=True)
+class _Residuals:
+    """Residuals of an output of one recording, in which its instrument's noise and that of inputs are even.
+
+    Attributes:
+        residuals: over the shape of their noise, whose mean square keeps the instrument's part, SI, (rows,).
+        white: standard deviation of their fast scatter, as if it were white, SI.
+        inputs: mean variance by the noise of inputs, SI.
+    """
+
+    residuals: np.ndarray
+    white: float
+    inputs: float
 
 
 def with_noise_of_residuals(
@@ -29,6 +45,9 @@ def with_noise_of_residuals(
     predict: Callable[[], Sequence[Mapping[str, np.ndarray]]],
 ) -> Sequence[Rows]:
     """Recordings whose unstated noise is at least what the residuals of a model tell.
+
+    An output has its own noise, alike in all rows, and that of inputs, which follows the slope of the model.
+    What residuals tell beyond the second is the first. Zeros of instruments are sized by the two apart.
 
     Recordings of an output tell one noise, or one each where they clearly differ
     (`fitting.inference.partial_pooling`). Fitted ones are judged among themselves. Those for validation are
@@ -45,7 +64,7 @@ def with_noise_of_residuals(
     if not any(_unstated(recording, one) for recording, one in zip(recordings, rows, strict=True)):
         return rows
     predicted = predict()
-    told: dict[str, dict[int, tuple[np.ndarray, float]]] = {}
+    told: dict[str, dict[int, _Residuals]] = {}
     for k, (recording, one, found) in enumerate(zip(recordings, rows, predicted, strict=True)):
         if chosen_readings(reduced(recording, MOST_ROWS)) is None:
             for name in _silent(recording, one, found):
@@ -59,11 +78,11 @@ def with_noise_of_residuals(
     ]
 
 
-def _sizes(told: Mapping[int, tuple[np.ndarray, float]], fitted: AbstractSet[int], count: int) -> np.ndarray:
+def _sizes(told: Mapping[int, _Residuals], fitted: AbstractSet[int], count: int) -> np.ndarray:
     """Standard deviation of one output in every recording, shape (count,); 0 where nothing tells it.
 
     Args:
-        told: residuals and the size of their white noise, of the recordings that tell them, by number.
+        told: residuals of the recordings that tell a noise, by number.
         fitted: numbers of the recordings that are fitted.
         count: number of recordings.
     """
@@ -81,9 +100,12 @@ def _sizes(told: Mapping[int, tuple[np.ndarray, float]], fitted: AbstractSet[int
     return found
 
 
-def _of(told: Mapping[int, tuple[np.ndarray, float]], chosen: Sequence[int]) -> np.ndarray:
+def _of(told: Mapping[int, _Residuals], chosen: Sequence[int]) -> np.ndarray:
     """Standard deviations of an output in some recordings, judged among themselves."""
-    return unstated_noise_of_several(*zip(*(told[k] for k in chosen), strict=True))
+    each = [told[k] for k in chosen]
+    return unstated_noise_of_several(
+        [one.residuals for one in each], [one.white for one in each], [one.inputs for one in each]
+    )
 
 
 def _unstated(recording: Recording, rows: Rows) -> list[str]:
@@ -96,19 +118,39 @@ def _silent(recording: Recording, rows: Rows, predicted: Mapping[str, np.ndarray
     return [n for n in _unstated(recording, rows) if n in predicted]
 
 
-def _residuals(rows: Rows, name: str, predicted: np.ndarray) -> tuple[np.ndarray, float] | None:
-    """Residuals of an output that count, and the size of their white noise, SI; None where there are few."""
-    there = (np.asarray(rows.weight[name]) > 0.0) & np.isfinite(predicted)
+def _residuals(rows: Rows, name: str, predicted: np.ndarray) -> _Residuals | None:
+    """Residuals of an output that count; None where there are few."""
+    weight = np.asarray(rows.weight[name])
+    there = (weight > 0.0) & np.isfinite(predicted)
     if there.sum() < FEWEST:
         return None
-    residuals = np.asarray(rows.measured[name])[there] - np.asarray(predicted)[there]
-    return residuals, robust_noise(np.asarray(rows.time)[there], residuals)
+    shape = 1.0 / weight[there]
+    shape *= np.sqrt(np.mean(shape**-2.0))
+    residuals = (np.asarray(rows.measured[name])[there] - np.asarray(predicted)[there]) / shape
+    inputs = float(np.mean(_by_inputs(rows, name)[there] / shape**2))
+    return _Residuals(residuals, robust_noise(np.asarray(rows.time)[there], residuals), inputs)
+
+
+def _by_inputs(rows: Rows, name: str) -> np.ndarray:
+    """Variance of an output by the noise of inputs, SI, shape (rows,); 0 in rows that do not count."""
+    weight, clean = np.asarray(rows.weight[name]), np.asarray(rows.extra.get(CLEAN, rows.weight)[name])
+    counts = (weight > 0.0) & (clean > 0.0)
+    whole, own = (1.0 / np.where(counts, x, 1.0) ** 2 for x in (weight, clean))
+    return np.maximum(whole - own, 0.0)
 
 
 def _with_at_least(rows: Rows, sizes: Mapping[str, float]) -> Rows:
-    """One recording with at least these standard deviations of its outputs, SI; itself where none counts."""
+    """One recording with at least these standard deviations of its outputs; itself where none counts.
+
+    Args:
+        rows: the recording.
+        sizes: standard deviations without the noise of inputs, SI, by output.
+    """
     sizes = {name: size for name, size in sizes.items() if size > 0.0}
     if not sizes:
         return rows
-    least = {name: np.minimum(np.asarray(rows.weight[name]), 1.0 / size) for name, size in sizes.items()}
-    return eqx.tree_at(lambda r: r.weight, rows, {**rows.weight, **least})
+    known = rows.extra.get(CLEAN, {})
+    least = {n: np.minimum(np.asarray(known.get(n, rows.weight[n])), 1.0 / size) for n, size in sizes.items()}
+    weights = {n: own / np.sqrt(1.0 + own**2 * _by_inputs(rows, n)) for n, own in least.items()}
+    found = eqx.tree_at(lambda r: r.weight, rows, {**rows.weight, **weights})
+    return with_extra(found, **{CLEAN: {**known, **least}}) if known else found
