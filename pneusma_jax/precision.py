@@ -10,6 +10,7 @@ from pathlib import Path
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+import platformdirs
 from jaxtyping import PyTree
 
 
@@ -30,8 +31,6 @@ def enable_float64(cache: bool = True) -> None:
     if not cache or place == "off" or jax.config.jax_compilation_cache_dir:  # type: ignore[attr-defined]
         return
     if not place:
-        import platformdirs
-
         place = str(Path(platformdirs.user_cache_dir("pneusma-jax")) / "compiled")
     jax.config.update("jax_compilation_cache_dir", place)
     jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.0)

@@ -19,18 +19,19 @@ from fitting.specimens.reduction import reduction_notes
 from fitting.specimens.rows import MARK, MOST_ROWS, of_specimen
 from pneusma_jax.units import amount, from_si
 
-NEED_NO_NOTICE = ("prestrain", "cycles_before", "attached_length_mm", "free_length_mm", "orientation")
-"""Keys of `[geometry]` whose nominal value says that nothing is special, or follows from others."""
+UNREMARKABLE = ("prestrain", "cycles_before", "attached_length_mm", "free_length_mm", "orientation")
+"""Keys of `[geometry]` that may be left out in silence. Their nominal value says that nothing is special, or
+follows from others."""
 HINTS = {
     "alloy": 'for an alloy of your own write alloy = "fit", or the name of its table',
     "material": "for a silicone of your own write the name of its table",
 }
 """What a user with other constants writes, by the key of `[geometry]` that is missing."""
-FAR = 2.0
+MINIMUM_SHIFT = 2.0
 """Minimum shift of a constant for a warning, in standard deviations of its default tolerance. Chance shifts
 one in twenty as far if the tolerance is right."""
 
-CHANCE = 1e-3
+MAXIMUM_CHANCE = 1e-3
 """Maximum probability for the shifts of all constants to be called improbable [1].
 
 If priors and law are right, at most one campaign in a thousand is called so. Two tests share it, half each.
@@ -39,8 +40,8 @@ campaigns of springs the sum of squares of 9 shifts was 4.5 to 14, and 29.7 is a
 made it 71 of 13 shifts, and 36.5 is allowed. A largest shift of 4.1 is allowed of 13, and of 4.4 of 40.
 """
 
-ONE_OF_MANY = 1.0
-"""Minimum shift that is named where many are improbable together and none reaches `FAR`.
+MINIMUM_SHIFT_OF_MANY = 1.0
+"""Minimum shift that is named where many are improbable together and none reaches `MINIMUM_SHIFT`.
 
 It is in standard deviations of the prior. A prior that is right leaves no larger root mean square.
 """
@@ -81,16 +82,16 @@ def assumed(recordings: Sequence[Recording]) -> list[str]:
 
 
 def _unstated(recording: Recording) -> dict[str, Any]:
-    """What a recording leaves out of its specimen, with the source's value by key of `[geometry]`."""
+    """Nominal values of the keys of `[geometry]` that a recording leaves out and a user should know of."""
     if "design" in recording.geometry:
         return {}
-    needless = (*NEED_NO_NOTICE, "law") if recording.geometry.get("material") == "fit" else NEED_NO_NOTICE
+    silent = (*UNREMARKABLE, "law") if recording.geometry.get("material") == "fit" else UNREMARKABLE
     nominal = recording.full_geometry()
-    return {k: value for k, value in nominal.items() if k not in recording.geometry and k not in needless}
+    return {k: value for k, value in nominal.items() if k not in recording.geometry and k not in silent}
 
 
-def by_default(recordings: Sequence[Recording], free: Parameters) -> dict[str, float]:
-    """Relative standard deviations of free constants that have a default tolerance, by name.
+def default_deviations(recordings: Sequence[Recording], free: Parameters) -> dict[str, float]:
+    """Relative standard deviations [1] of free constants whose prior is a default tolerance, by name.
 
     Args:
         recordings: recordings of one kind.
@@ -116,10 +117,10 @@ def default_tolerances(recordings: Sequence[Recording], free: Parameters) -> lis
     """A sentence on the tolerances that were assumed; nothing where all are stated.
 
     Args:
-        recordings, free: as in `by_default`.
+        recordings, free: as in `default_deviations`.
     """
     names_by_sd: dict[float, dict[str, None]] = {}
-    for name, sd in by_default(recordings, free).items():
+    for name, sd in default_deviations(recordings, free).items():
         names_by_sd.setdefault(sd, {})[name.partition(MARK)[0]] = None
     if not names_by_sd:
         return []
@@ -145,8 +146,8 @@ def improbable_shifts(free: Parameters, values: Mapping[str, float]) -> dict[str
         values: values found, by name, SI. One without a finite shift does not count.
 
     Returns:
-        Shifts of at least `FAR`, or of at least `ONE_OF_MANY` if none is so large; empty where chance
-        explains all.
+        Shifts of at least `MINIMUM_SHIFT`, or of at least `MINIMUM_SHIFT_OF_MANY` if none is so large. Empty
+        where chance explains all.
     """
     entries = {name: entry for name, entry in free.items() if entry.free and entry.prior is not None}
     shifts = {name: float((values[name] - e.prior.mean) / e.prior.sd) for name, e in entries.items()}
@@ -156,36 +157,39 @@ def improbable_shifts(free: Parameters, values: Mapping[str, float]) -> dict[str
     largest, square = max(map(abs, shifts.values())), sum(shift**2 for shift in shifts.values())
     chance_of_sum = chi_square_tail(square, len(shifts))
     chance_of_largest = len(shifts) * chi_square_tail(largest**2, 1)
-    if min(chance_of_sum, chance_of_largest) > 0.5 * CHANCE:
+    if min(chance_of_sum, chance_of_largest) > 0.5 * MAXIMUM_CHANCE:
         return {}
-    least = FAR if largest >= FAR else ONE_OF_MANY
+    least = MINIMUM_SHIFT if largest >= MINIMUM_SHIFT else MINIMUM_SHIFT_OF_MANY
     return {name: shift for name, shift in shifts.items() if abs(shift) >= least}
 
 
 def far_from_nominal(
     recordings: Sequence[Recording], free: Parameters, values: Mapping[str, float]
 ) -> list[str]:
-    """Sentences on constants that a fit moved at least `FAR` default tolerances from their nominal values.
+    """Sentences on constants that a fit moved far from their nominal values.
+
+    Far is at least `MINIMUM_SHIFT` default tolerances.
 
     Args:
-        recordings, free: as in `by_default`.
+        recordings, free: as in `default_deviations`.
         values: values found, by name, SI.
     """
-    said, unstated = [], {quantity_of(key) for recording in recordings for key in _unstated(recording)}
-    for name, relative in by_default(recordings, free).items():
+    sentences: list[str] = []
+    unstated = {quantity_of(key) for recording in recordings for key in _unstated(recording)}
+    for name, relative in default_deviations(recordings, free).items():
         entry, prior = free[name], free[name].prior
         shift = (values[name] - prior.mean) / prior.sd
-        if abs(shift) < FAR:
+        if abs(shift) < MINIMUM_SHIFT:
             continue
         first, now = (number(float(from_si(x, entry.unit)), ".4g") for x in (prior.mean, values[name]))
         share = number(100.0 * relative, ".2g")
         constant = of_specimen(name, (recording.specimen for recording in recordings))
-        taken, advice = f"No tolerance of {constant} is stated, so it", "Measure it again, and state"
+        reason, advice = f"No tolerance of {constant} is stated, so it", "Measure it again, and state"
         if name.partition(MARK)[0] in unstated:
-            taken, advice = f"{constant} is not stated, so the source's", "Measure it, and state it with"
-        said.append(
-            f"{taken} was taken as known to {share} %. The fit moved it from {first} to "
+            reason, advice = f"{constant} is not stated, so the source's", "Measure it, and state it with"
+        sentences.append(
+            f"{reason} was taken as known to {share} %. The fit moved it from {first} to "
             f"{amount(now, entry.unit)}, by {abs(shift):.1f} of these standard deviations. "
             f"{advice} its tolerance."
         )
-    return said
+    return sentences

@@ -12,11 +12,19 @@ from ._common import FINITE
 
 _PLACE = re.compile(r"(?:(\d+)\.)?(\d+)")
 STEMS = {"xi0": "", "resistance": "-ohm"}
+"""Unit in the name of an option about a spring, by what it gives: martensite fraction or resistance."""
 
 
 @dataclass(frozen=True)
-class Said:
-    """One thing that is said of one spring: which quantity, of which segment (None: of all), its value."""
+class SpringInput:
+    """One input of one spring on the command line.
+
+    Attributes:
+        stem: key of `STEMS`.
+        segment: number of the segment; None for all of them.
+        spring: number of the spring in its segment.
+        value: martensite fraction [1], or resistance [ohm].
+    """
 
     stem: str
     segment: int | None
@@ -48,37 +56,37 @@ def spring_options(command: Callable) -> Callable:
     return command
 
 
-def said_of_springs(options: dict[str, Any]) -> list[Said]:
-    """Everything that is said of springs, checked.
+def spring_inputs(options: dict[str, Any]) -> list[SpringInput]:
+    """All inputs of springs on the command line, checked.
 
     Raises:
         click.UsageError: for a number that cannot be, or two that contradict each other.
     """
-    said = [
-        Said(stem, None, k, options[f"{stem}_{k}"])
+    inputs = [
+        SpringInput(stem, None, k, options[f"{stem}_{k}"])
         for stem in STEMS for k in (1, 2, 3) if options[f"{stem}_{k}"] is not None
     ]  # fmt: skip
-    said += [_parsed(stem, text) for stem in STEMS for text in options[f"many_{stem}"]]
-    taken: dict[tuple, Said] = {}
-    for one in said:
+    inputs += [_parsed(stem, text) for stem in STEMS for text in options[f"many_{stem}"]]
+    taken: dict[tuple, SpringInput] = {}
+    for one in inputs:
         _check(one)
         before = taken.setdefault((one.segment, one.spring), one)
         if before is not one:
             raise click.UsageError(f"give either {before.option.rstrip('=')} or {one.option}, not both")
-    return said
+    return inputs
 
 
-def of_segment(said: list[Said], segment: int | None) -> dict[str, float]:
+def of_segment(inputs: list[SpringInput], segment: int | None) -> dict[str, float]:
     """Options about one segment's springs, by `xi0_K` or `resistance_K`; a segment's own option wins over one
     for all."""
-    found: dict[tuple[int], Said] = {}
-    for one in sorted(said, key=lambda one: one.segment is not None):
+    found: dict[tuple[int], SpringInput] = {}
+    for one in sorted(inputs, key=lambda one: one.segment is not None):
         if one.segment in (None, segment):
             found[one.spring] = one
     return {f"{one.stem}_{one.spring}": one.value for one in found.values()}
 
 
-def _parsed(stem: str, text: str) -> Said:
+def _parsed(stem: str, text: str) -> SpringInput:
     place, _, number = text.partition("=")
     match = _PLACE.fullmatch(place.strip())
     try:
@@ -89,13 +97,13 @@ def _parsed(stem: str, text: str) -> Said:
         raise click.UsageError(
             f"--{stem} {text!r} must be SPRING=VALUE or SEGMENT.SPRING=VALUE, such as 3.2=0.4"
         )
-    return Said(stem, int(match[1]) if match[1] else None, int(match[2]), value)
+    return SpringInput(stem, int(match[1]) if match[1] else None, int(match[2]), value)
 
 
-def _check(said: Said) -> None:
-    option, value = said.option, said.value
+def _check(one: SpringInput) -> None:
+    option, value = one.option, one.value
     shown = f"{option}{value:g}" if option.endswith("=") else f"{option} {value:g}"
-    if said.stem == "xi0" and not 0.0 <= value <= 1.0:
+    if one.stem == "xi0" and not 0.0 <= value <= 1.0:
         raise click.UsageError(f"{shown} must be a fraction from 0 (hot) to 1 (cold)")
-    if said.stem == "resistance" and not (value > 0.0 and math.isfinite(value)):
+    if one.stem == "resistance" and not (value > 0.0 and math.isfinite(value)):
         raise click.UsageError(f"{shown} must be a positive number of ohms")

@@ -1,4 +1,7 @@
-"""Calculations and files of `pneusma simulate`, once its options are known to make sense."""
+"""Calculations and files of `pneusma simulate`, once its options are known to make sense.
+
+`options` are the command's options by name. Pressures among them are in kPa.
+"""
 
 import json
 import math
@@ -11,17 +14,21 @@ from fitting.data.csv_text import csv_text
 from fitting.report.table import Table, table_text
 from fitting.specimens.saved_models import AugmentedModel
 from fitting.specimens.saved_models.left_out import chain_without
-from pneusma_jax.errors import InputError, counted
+from pneusma_jax.errors import InputError
 from pneusma_jax.serial_chain.chain_files import describes_chain
 
 from . import _common
 from ._common import done, notice, table_argument
-from ._drives import Said, of_segment
+from ._drives import SpringInput, of_segment
 
-NOT_CONVERGED = 1  # exit code
+NOT_CONVERGED = 1
+"""Exit code of a state that has no result."""
+ZERO_DECIMALS = 9
+"""Number of decimals below which a quantity of a state counts as zero."""
 SPRING_KEYS = (
     "alloy", "wire_diameter_mm", "mandrel_diameter_mm", "initial_pitch_mm", "active_coils", "free_length_mm",
 )  # fmt: skip
+"""Keys of `[geometry]` that a spring under a protocol takes over from the design that is named."""
 
 
 def model_of(options: dict[str, Any]) -> AugmentedModel:
@@ -30,32 +37,38 @@ def model_of(options: dict[str, Any]) -> AugmentedModel:
 
 
 def overrides(options: dict[str, Any], model: AugmentedModel, design: bool = True) -> dict[str, str]:
-    """Settings of the specimen from the command line and, below it, from the model."""
-    known = {key: value for key, value in model.tables.items() if design or key != "design"}
+    """Keys of `[geometry]`: those of the command line precede those of the model.
+
+    Args:
+        options: the command's options.
+        model: model with tables of its own.
+        design: false to leave out the model's design.
+    """
+    geometry = {key: value for key, value in model.tables.items() if design or key != "design"}
     for key in ("design", "alloy", "material"):
         if options[key] is not None:
-            known[key] = options[key] if key == "design" else table_argument(options[key])
-    return known
+            geometry[key] = options[key] if key == "design" else table_argument(options[key])
+    return geometry
 
 
-def state(said: list[Said], options: dict[str, Any]) -> None:
+def state(inputs: list[SpringInput], options: dict[str, Any]) -> None:
     """One state, of an actuator or of a chain."""
     from fitting.simulate.state import actuator_state, described_actuator
 
     model = model_of(options)
-    known = overrides(options, model)
+    geometry = overrides(options, model)
     if options["out"] is not None:
         _check_out(options)
     pressure = 1e3 * options["pressure"]
-    if describes_chain(known.get("design", "")):
+    if describes_chain(geometry.get("design", "")):
         from fitting.simulate.chain_state import chain_state
 
-        found: Any = chain_state(*_chain(known, options), pressure, _of_segments(said, known), model)
+        found: Any = chain_state(*_chain(geometry, options), pressure, _of_segments(inputs, geometry), model)
     else:
-        if any(one.segment is not None for one in said):
+        if any(one.segment is not None for one in inputs):
             raise click.UsageError("SEGMENT.SPRING goes with the --design of a chain")
-        specimen = described_actuator(options["geometry"], known)
-        found = actuator_state(specimen, pressure, of_segment(said, None), model)
+        specimen = described_actuator(options["geometry"], geometry)
+        found = actuator_state(specimen, pressure, of_segment(inputs, None), model)
     for sentence in found.notices:
         notice(sentence)
     if options["as_json"]:
@@ -71,7 +84,7 @@ def state(said: list[Said], options: dict[str, Any]) -> None:
         click.get_current_context().exit(NOT_CONVERGED)
 
 
-def _chain(known: dict[str, str], options: dict[str, Any]) -> tuple[Any, dict[str, str]]:
+def _chain(geometry: dict[str, str], options: dict[str, Any]) -> tuple[Any, dict[str, str]]:
     """A chain's design, and what holds for all its segments."""
     if options["geometry"] is not None:
         raise click.UsageError(
@@ -79,17 +92,17 @@ def _chain(known: dict[str, str], options: dict[str, Any]) -> tuple[Any, dict[st
         )
     from pneusma_jax.serial_chain.designs import load_chain
 
-    return load_chain(known["design"]), {key: value for key, value in known.items() if key != "design"}
+    return load_chain(geometry["design"]), {key: value for key, value in geometry.items() if key != "design"}
 
 
-def _of_segments(said: list[Said], known: dict[str, str]) -> list[dict[str, float]]:
+def _of_segments(inputs: list[SpringInput], geometry: dict[str, str]) -> list[dict[str, float]]:
     from pneusma_jax.serial_chain.designs import load_chain
 
-    count = len(load_chain(known["design"]).designs)
-    for one in said:
+    count = len(load_chain(geometry["design"]).designs)
+    for one in inputs:
         if one.segment is not None and not 1 <= one.segment <= count:
             raise click.UsageError(f"{one.option}: there is no segment {one.segment}, the chain has {count}")
-    return [of_segment(said, k) for k in range(1, count + 1)]
+    return [of_segment(inputs, k) for k in range(1, count + 1)]
 
 
 def _check_out(options: dict[str, Any]) -> None:
@@ -99,59 +112,39 @@ def _check_out(options: dict[str, Any]) -> None:
 
 
 def _page(found: Any, pressure: float) -> str:
-    """A state as words."""
-    segments = getattr(found, "segments", None)
-    if segments is None:
-        return _words(found, f"{found.title} at {pressure:g} kPa")
-    x, y, z = found.tip
-    parts = [f"{found.design.name}, {counted(len(segments), 'segment')} at {pressure:g} kPa: {found.status}"]
-    parts += [found.sentence, ""]
-    if found.converged:
-        rows = [("tip x", f"{x:.6g}", "mm"), ("tip y", f"{y:.6g}", "mm"), ("tip z", f"{z:.6g}", "mm")]
-        rows = [(name, f"{round(float(value), 9) + 0.0:.6g}", unit) for name, value, unit in rows]
-        parts += [
-            table_text(Table(("", "value", "unit"), [*rows, ("clearance", f"{found.clearance:.6g}", "mm")]))
-        ]
-    for number, segment in enumerate(segments, 1):
-        parts += ["", _words(segment, f"segment {number}: {segment.title}")]
-    return "\n".join(parts)
+    """A state as text: the whole body's table, then one for each segment of a chain."""
+    parts = [_tables(found, f"{found.title} at {pressure:g} kPa")]
+    parts += [_tables(one, f"segment {number}: {one.title}") for number, one in enumerate(found.segments, 1)]
+    return "\n\n".join(parts)
 
 
-def _words(found: Any, title: str) -> str:
-    """The state of one actuator as words."""
+def _tables(found: Any, title: str) -> str:
+    """Outcome, quantities and springs of one actuator or of a whole chain."""
     parts = [f"{title}: {found.status}", found.sentence, ""]
-    rows = [(n, f"{round(v, 9) + 0.0:.6g}", u) for n, v, u in found.quantities()]
-    parts.append(table_text(Table(("", "value", "unit"), rows)))
-    springs = found.spring_rows()
-    if springs:
+    if rows := [(name, _rounded(value), unit) for name, value, unit in found.quantities()]:
+        parts.append(table_text(Table(("", "value", "unit"), rows)))
+    if springs := found.spring_rows():
         header = ("", *(f"spring {number}" for number in found.numbers))
         parts += ["", table_text(Table(header, springs))]
     return "\n".join(parts)
 
 
+def _rounded(value: float) -> str:
+    """A number with six digits. What an iteration leaves of a zero is written 0, and never as -0."""
+    return f"{round(value, ZERO_DECIMALS) + 0.0:.6g}"
+
+
 def _write_state(found: Any, options: dict[str, Any]) -> list[Path]:
     """state.json and, where there is a shape, shape.png."""
-    import jax
-
-    import pneusma_jax as pj
     from fitting.data.publish import publish
     from fitting.report.figures import png
     from fitting.report.figures.shape import chain_figure
-    from pneusma_jax.serial_chain.segments import chain_shape
 
-    state = {"state.json": json.dumps(found.contract(), indent=1) + "\n"}
-    if not found.converged:
-        return publish(options["out"], state, options["force"])
-    if hasattr(found, "chain"):
-        chain, solved, title = found.chain, found.found, found.design.name
-    else:
-        chain, title = pj.chain_of(found.actuator.with_loads()), found.title
-        one = jax.tree.map(lambda x: x, found.found)
-        shape = chain_shape(chain, one.bend[None], one.length[None])
-        solved = pj.ChainEquilibrium((one,), shape)
-    title = f"{title} at {options['pressure']:g} kPa"
-    shape = {"shape.png": png(chain_figure(chain, solved, title))}
-    return publish(options["out"], state | shape, options["force"])
+    documents: dict[str, Any] = {"state.json": json.dumps(found.contract(), indent=1) + "\n"}
+    if found.converged:
+        title = f"{found.title} at {options['pressure']:g} kPa"
+        documents["shape.png"] = png(chain_figure(*found.as_chain(), title))
+    return publish(options["out"], documents, options["force"])
 
 
 def protocol(options: dict[str, Any]) -> None:
@@ -164,28 +157,28 @@ def protocol(options: dict[str, Any]) -> None:
     _check_out(options)
     model = model_of(options)
     steps = load_protocol(table_argument(options["protocol"]))
-    course = _course(steps, options, model)
-    comments = [course.title, steps.description] if steps.description else [course.title]
+    response = _response(steps, options, model)
+    comments = [response.title, steps.description] if steps.description else [response.title]
     documents = {
-        "model.csv": csv_text(course.columns, comments), "model.png": png(protocol_figure(course)),
+        "model.csv": csv_text(response.columns, comments), "model.png": png(protocol_figure(response)),
     }  # fmt: skip
-    if course.chain is not None:
-        documents |= _chain_documents(course, options["animate"])
+    if response.chain is not None:
+        documents |= _chain_documents(response, options["animate"])
     written = publish(options["out"], documents, options["force"])
-    for sentence in course.notices:
+    for sentence in response.notices:
         notice(sentence)
-    click.echo(_ends(course))
+    click.echo(_ends(response))
     done(written)
 
 
-def _course(steps: Any, options: dict[str, Any], model: AugmentedModel) -> Any:
+def _response(steps: Any, options: dict[str, Any], model: AugmentedModel) -> Any:
     from fitting.simulate.chain_state import build_chain, chain_specimens
     from fitting.simulate.protocol import run_chain_protocol, run_protocol
     from fitting.simulate.state import described_specimen
 
-    known = overrides(options, model)
-    if describes_chain(known.get("design", "")):
-        design, rest = _chain(known, options)
+    geometry = overrides(options, model)
+    if describes_chain(geometry.get("design", "")):
+        design, rest = _chain(geometry, options)
         for sentence in chain_without(model, history=True):
             notice(sentence)
         specimens = chain_specimens(design, rest)
@@ -193,17 +186,17 @@ def _course(steps: Any, options: dict[str, Any], model: AugmentedModel) -> Any:
         return run_chain_protocol(steps, design.name, chain, [specimens[name] for name in design.designs])
     if options["animate"]:
         raise click.UsageError("--animate goes with the --protocol of a chain")
-    if steps.kind == "spring" and "design" in known:
-        design = described_specimen("actuator", None, {"design": known.pop("design")}).full_geometry()
+    if steps.kind == "spring" and "design" in geometry:
+        design = described_specimen("actuator", None, {"design": geometry.pop("design")}).full_geometry()
         if "active_coils" not in design:
             raise InputError(f"{design['design']} has no spring, but {steps.path} is for one")
-        known = {key: design[key] for key in SPRING_KEYS if key in design} | known
+        geometry = {key: design[key] for key in SPRING_KEYS if key in design} | geometry
     elif steps.kind != "actuator":
-        known.pop("design", None)
-    return run_protocol(steps, described_specimen(steps.kind, options["geometry"], known), model)
+        geometry.pop("design", None)
+    return run_protocol(steps, described_specimen(steps.kind, options["geometry"], geometry), model)
 
 
-def _chain_documents(course: Any, animate: bool) -> dict[str, bytes]:
+def _chain_documents(response: Any, animate: bool) -> dict[str, bytes]:
     """Figures of the chain's last shape and of its motion, by file name."""
     import jax
     import numpy as np
@@ -212,7 +205,7 @@ def _chain_documents(course: Any, animate: bool) -> dict[str, bytes]:
     from fitting.report.figures.shape import animation, chain_figure
     from pneusma_jax.serial_chain.segments import ChainEquilibrium
 
-    chain, history = course.chain
+    chain, history = response.chain
     good = np.flatnonzero(np.asarray(history.converged))
     if not good.size:
         return {}
@@ -220,23 +213,24 @@ def _chain_documents(course: Any, animate: bool) -> dict[str, bytes]:
     last = ChainEquilibrium(
         tuple(at(part.rows) for part in history.segments), history.shape.row(int(good[-1]))
     )
-    title = f"{course.title}, after {course.inputs['time_s'][good[-1]]:g} s"
+    title = f"{response.title}, after {response.inputs['time_s'][good[-1]]:g} s"
     documents = {"shape.png": png(chain_figure(chain, last, title))}
     if animate:
-        documents["motion.gif"] = animation(chain, history, course.pressure, course.inputs["time_s"])
+        documents["motion.gif"] = animation(chain, history, response.pressure, response.inputs["time_s"])
     return documents
 
 
-def _ends(course: Any) -> str:
-    """Start, largest distance and end of each output."""
+def _ends(response: Any) -> str:
+    """Number of rows, first, smallest, largest and last value of each output."""
     import numpy as np
 
     rows = []
-    for name, values in course.outputs.items():
+    for name, values in response.outputs.items():
         held = values[np.isfinite(values)]
         ends = [held[0], held.min(), held.max(), held[-1]] if held.size else [math.nan] * 4
         rows.append([name, str(held.size), *(f"{float(v):.5g}" for v in ends)])
-    return f"{course.title}\n" + table_text(Table(("output", "rows", "start", "least", "most", "end"), rows))
+    table = Table(("output", "rows", "start", "least", "most", "end"), rows)
+    return f"{response.title}\n{table_text(table)}"
 
 
 def recording(path: Path, options: dict[str, Any]) -> None:

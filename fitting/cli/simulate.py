@@ -6,7 +6,7 @@ from typing import Any
 import click
 
 from ._common import FINITE, design_argument, prepare
-from ._drives import said_of_springs, spring_options
+from ._drives import spring_inputs, spring_options
 
 POINT_ONLY = "--pressure-kPa, --xi0-K and --resistance-K-ohm"
 
@@ -48,8 +48,8 @@ def simulate_command(recording: Path | None, **options: Any) -> None:
     RECORDING.csv: writes model.csv (the recording's columns and model_<output> for each), states.csv and
     model.png to --out. The springs' memory is carried from row to row.
     """
-    said = said_of_springs(options)
-    _check_choices(recording, said, options)
+    inputs = spring_inputs(options)
+    _check_choices(recording, inputs, options)
     if options["design"] is not None:
         options["design"] = design_argument(options["design"])
     prepare()
@@ -60,12 +60,12 @@ def simulate_command(recording: Path | None, **options: Any) -> None:
     elif options["protocol"] is not None:
         _simulated.protocol(options)
     else:
-        _simulated.state(said, options)
+        _simulated.state(inputs, options)
 
 
-def _check_choices(recording: Path | None, said: list, options: dict[str, Any]) -> None:
+def _check_choices(recording: Path | None, inputs: list, options: dict[str, Any]) -> None:
     """Refuse options that contradict each other, before anything slow is loaded."""
-    point = bool(said) or options["pressure"] is not None or options["as_json"]
+    point = bool(inputs) or options["pressure"] is not None or options["as_json"]
     for what, given in (("a recording", recording), ("a protocol", options["protocol"])):
         if given is not None and point:
             raise click.UsageError(f"{what} brings its own inputs; leave out {POINT_ONLY} and --json")

@@ -24,27 +24,31 @@ from .study import Constraint
 optimize = Late("scipy.optimize")
 
 MOST_CORNERS = 256
-"""Maximum of combinations of the other parameters' ends that are tried for an end: all those of eight."""
+"""Maximum number of combinations of the other parameters' ends that are tried for an end: all of eight."""
+MOST_CORNERS_OF_ALL = 4 * MOST_CORNERS
+"""Maximum number of combinations of all parameters' ends for the least values of a box: all of ten."""
 MOST_BETWEEN = 64
-"""Maximum of combinations with middles of ranges that are tried for an end after those."""
+"""Maximum number of combinations with middles of ranges that are tried for an end after those."""
+MOST_STEPS = 50
+"""Maximum number of SLSQP's steps towards the place with most room. Chosen: its answer is checked anyway."""
 
 LEAST_BORE = 1e-4
-"""Least diameter of a bore that can be made [m]."""
+"""Minimum diameter of a bore that can be made [m]. It is chosen, not measured."""
 LIMITS = {
     "pitch_ratio": ("turns do not overlap", 1.0 - OVERLAP, "1"),
     "stretch_ratio": ("springs are no longer than their place", 1.0 - SLACK, "1"),
     "bore_diameter": ("the wall leaves a bore", LEAST_BORE, "mm"),
 }
 """Name of the constraint, least value [SI] and unit, by quantity."""
-MATTERS = (
+LIMITED_DIMENSIONS = (
     "wire_diameter", "initial_pitch", "active_coils", "free_length", "attached_length", "length",
     "outer_diameter", "wall_thickness",
 )  # fmt: skip
 """Dimensions on which these quantities depend."""
 
-Tried = dict[tuple, str]
+Reasons = dict[tuple, str]
 """Reasons why segments cannot be made, empty for those that can, by plan and dimensions."""
-Known = dict[tuple, dict[str, float]]
+Values = dict[tuple, dict[str, float]]
 """Values of the quantities that `LIMITS` names, by plan, table and dimensions of a segment."""
 
 
@@ -55,20 +59,20 @@ def implied(space: Space, plans: Sequence[Plan]) -> tuple[Constraint, ...]:
         space: box of the free parameters.
         plans: plans of every combination of choices.
     """
-    some = [k for k, one in enumerate(space.free) if one.name.rpartition(".")[2] in MATTERS]
+    some = [k for k, one in enumerate(space.free) if one.name.rpartition(".")[2] in LIMITED_DIMENSIONS]
     some.sort(key=lambda k: space.names[k])  # so that their order in the file makes no difference
     if not some:
         return ()
     least: dict[str, float] = {}
-    known: Known = {}
-    for corner in corners(len(some), 4 * MOST_CORNERS):
+    known: Values = {}
+    for corner in corners(len(some), MOST_CORNERS_OF_ALL):
         place = np.full(len(space), 0.5)
         place[some] = corner
         sizes = {name: float(x) for name, x in space.parameters(place).items()}
         for plan in plans:
-            for name, value in _values(plan, sizes, known).items():
+            for name, value in _least_values(plan, sizes, known).items():
                 least[name] = min(value, least.get(name, np.inf))
-    everywhere = set.intersection(*(set(_values(plan, {}, known)) for plan in plans))
+    everywhere = set.intersection(*(set(_least_values(plan, {}, known)) for plan in plans))
     return tuple(
         Constraint(LIMITS[name][0], name, False, LIMITS[name][1], unit=LIMITS[name][2])
         for name in LIMITS
@@ -76,18 +80,19 @@ def implied(space: Space, plans: Sequence[Plan]) -> tuple[Constraint, ...]:
     )
 
 
-def _values(plan: Plan, sizes: dict[str, float], known: Known) -> dict[str, float]:
+def _least_values(plan: Plan, sizes: dict[str, float], known: Values) -> dict[str, float]:
     """Least values over the segments of the quantities that `LIMITS` names, where all segments have them."""
-    found = _each_value(plan, sizes, known)
+    found = _values_by_segment(plan, sizes, known)
     return {name: min(values) for name, values in found.items() if len(values) == len(plan.tables)}
 
 
-def _each_value(plan: Plan, sizes: dict[str, float], known: Known) -> dict[str, list[float]]:
+def _values_by_segment(plan: Plan, sizes: dict[str, float], known: Values) -> dict[str, list[float]]:
     """Values of the quantities that `LIMITS` names in every segment that has them."""
     found: dict[str, list[float]] = {}
     for k, table in enumerate(plan.tables, 1):
         own = {n: x for n, x in sizes_of(sizes, k).items() if n in GEOMETRY_KEYS}
-        key = (id(plan), table.name, *sorted(own.items()))  # segments may be alike
+        # segments may be alike; the plans outlive this table, so that none takes the identity of another
+        key = (id(plan), table.name, *sorted(own.items()))
         if key not in known:
             known[key] = _of_segment(table, own)
         for name, value in known[key].items():
@@ -120,7 +125,7 @@ def check_ends(space: Space, drives: Sequence[str], plans: Sequence[Plan], path:
         InputError: naming the parameter, its end and what is impossible.
     """
     sizes = [k for k, one in enumerate(space.free) if one.name not in drives]
-    tried: Tried = {}
+    tried: Reasons = {}
     for end in (0.0, 1.0):  # where both these corners can be made, no end is impossible
         if _impossible(space, plans, np.full(len(space), end), tried):
             break
@@ -129,7 +134,7 @@ def check_ends(space: Space, drives: Sequence[str], plans: Sequence[Plan], path:
     for k in sizes:
         others = [j for j in sizes if j != k]
         for end, word in ((0.0, "lower"), (1.0, "upper")):
-            reason = _everywhere(space, plans, k, end, others, tried)
+            reason = _never_possible(space, plans, k, end, others, tried)
             if reason:
                 one = space.free[k]
                 raise InputError(
@@ -165,10 +170,18 @@ def _with_middles(count: int, most: int) -> np.ndarray:
     return some[np.any(some == 0.5, axis=1)]
 
 
-def _everywhere(
-    space: Space, plans: Sequence[Plan], k: int, end: float, others: list[int], tried: Tried
+def _never_possible(
+    space: Space, plans: Sequence[Plan], k: int, end: float, others: list[int], tried: Reasons
 ) -> str:
-    """Reason why nothing can be made at an end of a parameter, by the last place; empty if something can."""
+    """Reason why nothing can be made at an end of a parameter, by the last place; empty if something can.
+
+    Args:
+        space: box of the free parameters.
+        plans: plans of every combination of choices.
+        k, end: index of the parameter, and its end, 0 or 1.
+        others: indices of the other dimensions.
+        tried: what was tried, which grows.
+    """
     others = sorted(others, key=lambda j: space.names[j])  # their order in the file makes no difference
     many = 2 ** len(others) > MOST_CORNERS
     if many:  # the one combination that can be made may not be among the random ones
@@ -182,7 +195,8 @@ def _everywhere(
         reason = _impossible(space, plans, place, tried)
         if not reason:
             return ""
-    return reason + (f" (so it is at all of {MOST_CORNERS} random combinations of the others' ends)" * many)
+    where = f" (so it is at all of {MOST_CORNERS} random combinations of the others' ends)"
+    return reason + where if many else reason
 
 
 def _with_most_room(space: Space, plan: Plan, k: int, end: float, others: list[int]) -> np.ndarray:
@@ -197,7 +211,7 @@ def _with_most_room(space: Space, plan: Plan, k: int, end: float, others: list[i
         k, end: parameter that is held at an end; others: indices of the other dimensions.
     """
 
-    known: Known = {}
+    known: Values = {}
 
     def at(x: np.ndarray) -> np.ndarray:
         place = np.full(len(space), 0.5)
@@ -206,20 +220,20 @@ def _with_most_room(space: Space, plan: Plan, k: int, end: float, others: list[i
 
     def room(x: np.ndarray) -> np.ndarray:
         sizes = {name: float(value) for name, value in space.parameters(at(x)).items()}
-        found = _each_value(plan, sizes, known)
+        found = _values_by_segment(plan, sizes, known)
         parts = [np.array(values) / LIMITS[name][1] - 1.0 for name, values in found.items()]
         return np.concatenate([*parts, [1.0]]) - x[-1]
 
-    least = np.append(np.full(len(others), 0.5), -10.0)
-    least[-1] += float(np.min(room(least)))
+    middle = np.append(np.full(len(others), 0.5), 0.0)
+    middle[-1] = np.min(room(middle))  # the last unknown is the least room, which all constraints reach
     ended = optimize.minimize(
-        lambda x: -x[-1], least, bounds=[(0.0, 1.0)] * len(others) + [(None, None)], method="SLSQP",
-        constraints=[{"type": "ineq", "fun": room}], options={"maxiter": 50},
+        lambda x: -x[-1], middle, bounds=[(0.0, 1.0)] * len(others) + [(None, None)], method="SLSQP",
+        constraints=[{"type": "ineq", "fun": room}], options={"maxiter": MOST_STEPS},
     )  # fmt: skip
     return at(ended.x)
 
 
-def _impossible(space: Space, plans: Sequence[Plan], place: np.ndarray, tried: Tried) -> str:
+def _impossible(space: Space, plans: Sequence[Plan], place: np.ndarray, tried: Reasons) -> str:
     """Reason why no plan can be made at a place in the box; empty if one can."""
     sizes = {name: float(x) for name, x in space.parameters(place).items()}
     reason = ""

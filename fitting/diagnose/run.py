@@ -14,7 +14,7 @@ import numpy as np
 from fitting.calibrate.assumed import far_from_nominal
 from fitting.data.recordings import Campaign, Recording, require_fitted, schema
 from fitting.inference.notes import of_several
-from fitting.inference.parallel import small_matrices
+from fitting.inference.parallel import one_thread_per_matrix
 from fitting.inference.readings import cautions
 from fitting.specimens.reduction import reduction_notes
 from fitting.specimens.registry import kind_of, specimen_of
@@ -47,7 +47,7 @@ TURNED = "with turning points between rows"
 T = TypeVar("T")
 
 
-@small_matrices
+@one_thread_per_matrix
 def diagnose(
     campaign: Campaign,
     seed: int = 0,

@@ -24,7 +24,7 @@ Job, Result = TypeVar("Job"), TypeVar("Result")
 Work = TypeVar("Work", bound=Callable)
 
 
-def small_matrices(function: Work) -> Work:
+def one_thread_per_matrix(function: Work) -> Work:
     """Decorator of a function whose linear algebra is many small problems: each gets one thread.
 
     A library for linear algebra otherwise starts threads for every one, which wait for each other. A
@@ -32,15 +32,19 @@ def small_matrices(function: Work) -> Work:
     """
 
     @functools.wraps(function)
-    def limited(*arguments: Any, **words: Any) -> Any:
-        with _LIMIT:
-            return function(*arguments, **words)
+    def limited(*arguments: Any, **named: Any) -> Any:
+        with _ONE_THREAD:
+            return function(*arguments, **named)
 
     return limited  # type: ignore[return-value]
 
 
-class _Limit:
-    """The limit, which is that of the process: the first one that enters sets it, the last one lifts it."""
+class _OneThread:
+    """One thread for all linear algebra of this process while any function is inside.
+
+    The library keeps one limit for the process. So the first function that enters sets it, and the last one
+    that leaves lifts it.
+    """
 
     def __init__(self) -> None:
         self._lock, self._inside, self._limit = Lock(), 0, None
@@ -58,7 +62,7 @@ class _Limit:
                 self._limit.restore_original_limits()
 
 
-_LIMIT = _Limit()
+_ONE_THREAD = _OneThread()
 
 
 class Tally:
@@ -82,8 +86,12 @@ def run_parallel(function: Callable[[Job], Result], jobs: Iterable[Job]) -> list
 
     Compiled programs run outside of Python's lock. So threads are sufficient, and share compiled programs.
 
+    Args:
+        function: called with one job; an error that it raises is raised here.
+        jobs: any number of them; none gives an empty list.
+
     Raises:
-        InputError: if the environment says how many and it is no number.
+        InputError: if the environment variable `PNEUSMA_THREADS` is no whole number of at least 1.
     """
     jobs = list(jobs)
     workers = min(_cores(), len(jobs))
@@ -93,27 +101,32 @@ def run_parallel(function: Callable[[Job], Result], jobs: Iterable[Job]) -> list
         return list(pool.map(function, jobs))
 
 
-def run_briefly(function: Callable[[Job], Result], jobs: Sequence[Job]) -> list[Result]:
-    """Same as `run_parallel` for jobs of milliseconds, on threads that stay.
+def run_short_jobs(function: Callable[[Job], Result], jobs: Sequence[Job]) -> list[Result]:
+    """Same as `run_parallel` for jobs of milliseconds, on threads that are not ended in between.
 
     Such jobs must not call this function themselves: they would wait for their own threads.
+
+    Raises:
+        InputError: as `run_parallel`.
     """
     workers = _cores()
     if min(workers, len(jobs)) < 2:
         return [function(job) for job in jobs]
-    return list(_lasting(workers).map(function, jobs))
+    return list(_pool(workers).map(function, jobs))
 
 
 @functools.cache
-def _lasting(workers: int) -> ThreadPoolExecutor:
+def _pool(workers: int) -> ThreadPoolExecutor:
+    """The threads of `run_short_jobs`, which live as long as the process."""
     return ThreadPoolExecutor(workers, thread_name_prefix="runs")
 
 
 if hasattr(os, "register_at_fork"):  # a child has none of the threads
-    os.register_at_fork(after_in_child=_lasting.cache_clear)
+    os.register_at_fork(after_in_child=_pool.cache_clear)
 
 
 def _cores() -> int:
+    """Number of cores that this process may use, at most `PNEUSMA_THREADS` of them."""
     available = getattr(os, "sched_getaffinity", None)
     cores = len(available(0)) if available else os.cpu_count() or 1
     setting = os.environ.get(THREADS, str(cores))

@@ -7,14 +7,12 @@ import threading
 import time
 from collections.abc import Callable, Sequence
 from types import TracebackType
-from typing import TYPE_CHECKING, Any, Self
+from typing import Any, Self
 
 from jax import monitoring
+from tqdm import tqdm
 
 from pneusma_jax.errors import counted
-
-if TYPE_CHECKING:
-    from tqdm import tqdm
 
 EVERY_S = 30.0
 """Seconds between plain lines, often enough to show progress and seldom enough for a log."""
@@ -148,7 +146,7 @@ class Moving:
         text: its beginning.
     """
 
-    def __init__(self, bar: "tqdm", text: str):
+    def __init__(self, bar: tqdm, text: str):
         self._bar, self._text, self._ended = bar, text, threading.Event()
 
     def __enter__(self) -> "Moving":
@@ -210,8 +208,6 @@ class Steps(Display):
         total: int | None = None,
         unit: str = "step",
     ):
-        from tqdm import tqdm
-
         self._lines, self._count, self._total, self._unit = PlainLines(subject, every=every), 0, total, unit
         self._plain, form = plain, "{elapsed}  {desc}" if plain else None
         self._bar = tqdm(

@@ -96,7 +96,7 @@ def compute_chunk(problem: Problem, sampler: Sampler, index: int) -> tuple[Summa
     seed = study.sampling.seed
     points = sampler.points(index, count)
     z, orders = problem.design.rows(points, stream(seed, index, ORDERS))
-    y, status, touching = problem.evaluator.whole(problem.inputs.values(z))
+    y, status, touching = problem.evaluator.everything(problem.inputs.values(z))
     noise = problem.columns.noise
     if np.any(noise):
         y = y + noise * stream(seed, index, NOISE).standard_normal(y.shape)

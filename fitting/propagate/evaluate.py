@@ -14,10 +14,10 @@ from jaxtyping import Array, Float, UInt8
 from pneusma_jax.numerics.rows import filled, first_rows
 from pneusma_jax.program_cache import cached_program
 
-CALL = 8192
-"""Rows of one call of the compiled program. It bounds memory, and a call takes long against its start."""
-SMALLER = (64, 1024)
-"""Rows of smaller programs, for requests that are not whole chunks. One is taken where it holds all rows."""
+CALL_ROWS = 8192
+"""Number of rows of a whole call. It bounds memory, and a call of so many takes long against its start."""
+SMALL_CALLS = (64, 1024)
+"""Number of rows of smaller calls, ascending. The first one that holds all rows of a request is taken."""
 
 
 class Evaluator:
@@ -27,8 +27,10 @@ class Evaluator:
     others. Smaller calls use one device. A row has the same result wherever it is computed.
 
     Args:
-        row: values of one row, shape (values,), to columns, a status, and anything beside them.
-        side_by_side: rows that one device computes together, rounded down to a power of two.
+        row: function of the values of one row, shape (values,). It returns the columns, shape (columns,), a
+            status, and arrays of any shape beside them.
+        batch_size: number of rows that one device computes together, at least 1. It is rounded down to a
+            power of two, so that it divides the rows of a call.
         devices: devices to use; all local ones if None.
         identity: text that says everything that `row` depends on besides the source of the packages. With it
             programs for one device are kept on disk, and not traced again in every process.
@@ -37,7 +39,7 @@ class Evaluator:
     def __init__(
         self,
         row: Callable[[Array], tuple[Array, ...]],
-        side_by_side: int,
+        batch_size: int,
         devices: list | None = None,
         identity: str | None = None,
     ):
@@ -45,7 +47,7 @@ class Evaluator:
         self._row, self._identity = row, identity
         self._mesh = Mesh(np.asarray(devices), ("rows",))
         self._split = NamedSharding(self._mesh, P("rows"))
-        self._together = 1 << (side_by_side.bit_length() - 1)
+        self._batch_size = 1 << (batch_size.bit_length() - 1)
         self._programs: dict[tuple[Callable, bool], Callable] = {}
         self._gradients: dict[Callable, Callable] = {}
 
@@ -58,10 +60,10 @@ class Evaluator:
         self, x: Float[np.ndarray, "rows values"]
     ) -> tuple[Float[np.ndarray, "rows columns"], UInt8[np.ndarray, " rows"]]:
         """Columns and status of every row; no rows give empty arrays of the same widths."""
-        return self.whole(x)[:2]
+        return self.everything(x)[:2]
 
-    def whole(self, x: Float[np.ndarray, "rows values"]) -> tuple[np.ndarray, ...]:
-        """Columns, status and all else of every row."""
+    def everything(self, x: Float[np.ndarray, "rows values"]) -> tuple[np.ndarray, ...]:
+        """All that `row` returns, for every row: columns, status, and what stands beside them."""
         return self._in_calls(self._row, x)
 
     def with_gradient(
@@ -86,9 +88,9 @@ class Evaluator:
         if not len(x):
             shapes = jax.eval_shape(row, jax.ShapeDtypeStruct(x.shape[1:], x.dtype))
             return tuple(np.zeros((0, *one.shape), one.dtype) for one in shapes)
-        step = next((size for size in SMALLER if len(x) <= size), CALL)
+        step = next((size for size in SMALL_CALLS if len(x) <= size), CALL_ROWS)
         pieces = [x[first : first + step] for first in range(0, len(x), step)]
-        spread = spread and self.devices > 1 and step == CALL
+        spread = spread and self.devices > 1 and step == CALL_ROWS
         parts = [self._call(row, piece, step, spread) for piece in pieces]
         return tuple(np.concatenate(part) for part in zip(*parts, strict=True))
 
@@ -96,7 +98,7 @@ class Evaluator:
         self, row: Callable, x: np.ndarray, step: int, spread: bool
     ) -> tuple[np.ndarray, ...]:
         """Results of at most `step` rows, padded so that all devices have whole groups of rows."""
-        group = self._together * (self.devices if spread else 1)
+        group = self._batch_size * (self.devices if spread else 1)
         padded = group * -(-step // group)
         placed = jax.device_put(filled(x, padded), self._split if spread else self._mesh.devices[0])
         found = self._program(row, spread)(placed)
@@ -105,14 +107,14 @@ class Evaluator:
     def _program(self, row: Callable, spread: bool) -> Callable:
         """The program of a function for one device or for all; compiled for each number of rows of a call."""
         if (row, spread) not in self._programs:
-            together = self._together
-            part = lambda x: jax.lax.map(row, x, batch_size=together)  # noqa: E731
+            batch_size = self._batch_size
+            part = lambda x: jax.lax.map(row, x, batch_size=batch_size)  # noqa: E731
             if spread:
                 program = jax.jit(jax.shard_map(
                     part, mesh=self._mesh, in_specs=P("rows"), out_specs=P("rows"), check_vma=False
                 ))  # fmt: skip
             elif row is self._row and self._identity is not None:
-                program = cached_program(part, f"rows of a study|{self._identity}|{together}")
+                program = cached_program(part, f"rows of a study|{self._identity}|{batch_size}")
             else:
                 program = jax.jit(part)
             self._programs[row, spread] = program

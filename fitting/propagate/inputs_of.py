@@ -20,7 +20,7 @@ from .distributions import Gaussian, Marginal, from_scipy
 from .inputs import Draws, Inputs, copula_of, correlation_matrix
 from .possible import check_possible, doubtful_priors, doubts, lowest_score
 from .reading import number_in
-from .responses import NOISE, Known, Response
+from .responses import NOISE, Response, Variable
 from .study import Study
 
 CUT = 4.0
@@ -40,7 +40,7 @@ def plain_marginals(study: Study) -> dict[str, Marginal]:
     for name in study.inputs:
         if not name.isidentifier() or name in RESERVED:
             raise InputError(f"{study.path}: [input.{name}]: this is no name for a number in an expression")
-    plain = Known(0.0, "1")
+    plain = Variable(0.0, "1")
     return {name: _marginal(entry, name, plain, study) for name, entry in study.inputs.items()}
 
 
@@ -55,42 +55,42 @@ def inputs_of(study: Study, response: Response) -> tuple[Inputs, list[str]]:
         InputError: for an unknown name, a table that describes no distribution, a number that varies in two
             ways, or correlations that no inputs can have.
     """
-    vary, known, notices = study.vary, response.known, []
+    vary, variables, notices = study.vary, response.variables, []
     draws = None if vary.posterior is None else read_draws(study.folder / vary.posterior)
     in_file = None if draws is None else draws.names
     if draws is not None:
         caution = [hdf5.uncounted(draws.source, draws.caution).rstrip(".")] if draws.caution else []
-        draws, notices = _draws_of_model(draws, study, known)
+        draws, notices = _draws_of_model(draws, study, variables)
         notices = [*caution, *notices]
-    _check_names(study, known, in_file)
-    marginals = _marginals_of_priors(study, known)
+    _check_names(study, variables, in_file)
+    marginals = _marginals_of_priors(study, variables)
     notices += _drop_tied(marginals, study, response)
-    marginals |= _marginals_of_tolerances(study, known)
-    stated = {name: _marginal(entry, name, known[name], study) for name, entry in study.inputs.items()}
+    marginals |= _marginals_of_tolerances(study, variables)
+    stated = {name: _marginal(entry, name, variables[name], study) for name, entry in study.inputs.items()}
     aside = {*stated, *study.vary.tolerance, *(draws.names if draws is not None else ())}
     priors = {name: prior for name, prior in marginals.items() if name not in aside}
-    units = {name: known[name].unit or "1" for name in priors}
+    units = {name: variables[name].unit or "1" for name in priors}
     notices += doubtful_priors(priors, units, lowest_score(study))
-    for name in (name for name in stated if known[name].table):  # other numbers may have any name
+    for name in (name for name in stated if variables[name].table):  # other numbers may have any name
         where = f"{study.path}: [input.{name}]"
-        check_possible(stated[name], name, known[name].unit or "1", where, lowest_score(study))
-        notices += doubts(stated[name], name, known[name].unit or "1")
+        check_possible(stated[name], name, variables[name].unit or "1", where, lowest_score(study))
+        notices += doubts(stated[name], name, variables[name].unit or "1")
     marginals |= stated
-    if NOISE in known and study.noise:
+    if NOISE in variables and study.noise:
         marginals[NOISE] = from_scipy("uniform", {"loc": 0.0, "scale": 1.0}, "1", str(study.path))
     if draws is not None:
-        _check_draws(draws, study, known)
+        _check_draws(draws, study, variables)
         for name in draws.names:  # a posterior replaces the prior
             marginals.pop(name, None)
     return _joined(study, marginals, draws), notices
 
 
-def _check_names(study: Study, known: Mapping[str, Known], in_file: Sequence[str] | None) -> None:
+def _check_names(study: Study, variables: Mapping[str, Variable], in_file: Sequence[str] | None) -> None:
     """Refuse names that the model does not have, and numbers that vary in two ways.
 
     Args:
         study: the study.
-        known: numbers of the model that may vary, by name.
+        variables: numbers of the model that may vary, by name.
         in_file: names of the draws in the posterior's file; None without a posterior.
     """
     vary = study.vary
@@ -100,19 +100,20 @@ def _check_names(study: Study, known: Mapping[str, Known], in_file: Sequence[str
     stems = {name.partition(MARK)[0] for name in in_file or ()}
     of_model = [name for name in vary.leave_out if name not in (in_file or ())]
     for name in of_model:
-        prior = name in known and known[name].prior is not None and known[name].table in vary.priors
-        if name in known and name not in stems and not prior:
+        variable = variables.get(name)
+        prior = variable is not None and variable.prior is not None and variable.table in vary.priors
+        if variable is not None and name not in stems and not prior:
             raise InputError(f"{study.path}: [vary] leave_out has {name!r}, which does not vary: drop it")
     for name in (*study.inputs, *vary.tolerance, *of_model):
-        if name == NOISE and name in known:
+        if name == NOISE and name in variables:
             raise InputError(f"{study.path}: {name!r} is drawn by [noise] already; leave it out here")
-        if name not in known:
+        if name not in variables:
             raise InputError(
-                f"{study.path}: the model has no number {name!r} to vary, {nearest(name, known)}"
+                f"{study.path}: the model has no number {name!r} to vary, {nearest(name, variables)}"
             )
 
 
-def _marginals_of_priors(study: Study, known: Mapping[str, Known]) -> dict[str, Marginal]:
+def _marginals_of_priors(study: Study, variables: Mapping[str, Variable]) -> dict[str, Marginal]:
     """Priors of the tables that `[vary] priors` names.
 
     Raises:
@@ -121,7 +122,7 @@ def _marginals_of_priors(study: Study, known: Mapping[str, Known]) -> dict[str, 
     vary = study.vary
     marginals: dict[str, Marginal] = {
         name: Gaussian(n.prior.mean, n.prior.sd, n.prior.min, n.prior.max)
-        for name, n in known.items()
+        for name, n in variables.items()
         if n.prior is not None and n.table in vary.priors and name not in vary.leave_out
     }
     if vary.priors and not marginals:
@@ -129,7 +130,7 @@ def _marginals_of_priors(study: Study, known: Mapping[str, Known]) -> dict[str, 
     return marginals
 
 
-def _marginals_of_tolerances(study: Study, known: Mapping[str, Known]) -> dict[str, Marginal]:
+def _marginals_of_tolerances(study: Study, variables: Mapping[str, Variable]) -> dict[str, Marginal]:
     """Gaussians about nominal values, cut off at `CUT`.
 
     Raises:
@@ -139,24 +140,24 @@ def _marginals_of_tolerances(study: Study, known: Mapping[str, Known]) -> dict[s
     for name, relative in study.vary.tolerance.items():
         if name in study.inputs:
             raise InputError(f"{study.path}: {name!r} has a tolerance and a table [input.{name}]; keep one")
-        value = known[name].value
+        value = variables[name].value
         if value == 0.0:
             raise InputError(f"{study.path}: [vary] tolerance: {name} is 0, of which there is no share")
         sd = relative * abs(value)
         marginals[name] = Gaussian(value, sd, value - CUT * sd, value + CUT * sd)
-        if known[name].table:
+        if variables[name].table:
             where = f"{study.path}: [vary] tolerance of {name}"
-            check_possible(marginals[name], name, known[name].unit or "1", where, lowest_score(study))
+            check_possible(marginals[name], name, variables[name].unit or "1", where, lowest_score(study))
     return marginals
 
 
-def _check_draws(draws: Draws, study: Study, known: Mapping[str, Known]) -> None:
+def _check_draws(draws: Draws, study: Study, variables: Mapping[str, Variable]) -> None:
     """Refuse draws of numbers that the model does not have, or that vary otherwise, too."""
     for name in draws.names:
-        if name not in known:
+        if name not in variables:
             raise InputError(
-                f"{draws.source}: the model has no number {name!r}, {nearest(name, known)}; state in [model] "
-                "the alloy, material or model that its fit has, or name it in [vary] leave_out"
+                f"{draws.source}: the model has no number {name!r}, {nearest(name, variables)}; state in "
+                "[model] the alloy, material or model that its fit has, or name it in [vary] leave_out"
             )
         if name in study.inputs or name in study.vary.tolerance:
             raise InputError(
@@ -164,7 +165,7 @@ def _check_draws(draws: Draws, study: Study, known: Mapping[str, Known]) -> None
             )
 
 
-def _draws_of_model(draws: Draws, study: Study, known: Mapping[str, Known]) -> tuple[Draws, list[str]]:
+def _draws_of_model(draws: Draws, study: Study, variables: Mapping[str, Variable]) -> tuple[Draws, list[str]]:
     """Draws of the numbers of one specimen, and sentences on what is left out.
 
     A posterior of several specimens has numbers with the number of the specimen, `wall_thickness__2`. Those
@@ -175,7 +176,7 @@ def _draws_of_model(draws: Draws, study: Study, known: Mapping[str, Known]) -> t
             in the posterior.
     """
     wanted, left_out = study.vary.posterior_specimen, study.vary.leave_out
-    parts = {name: ("", "", "") if name in known else name.partition(MARK) for name in draws.names}
+    parts = {name: ("", "", "") if name in variables else name.partition(MARK) for name in draws.names}
     count = max((int(number) for _, _, number in parts.values() if number.isdigit()), default=1)
     if count > 1 and wanted is None:
         raise InputError(
@@ -241,7 +242,7 @@ def _joined(study: Study, marginals: dict[str, Marginal], draws: Draws | None) -
     return Inputs(marginals, correlation_matrix(names, study.correlations, matrix, where), draws)
 
 
-def _marginal(entry: Mapping[str, Any], name: str, known: Known, study: Study) -> Marginal:
+def _marginal(entry: Mapping[str, Any], name: str, variable: Variable, study: Study) -> Marginal:
     """The distribution that a table `[input.NAME]` describes.
 
     With `distribution` it is one of SciPy. With `mean`, `sd` and perhaps `min`, `max` it is a Gaussian. With
@@ -250,14 +251,14 @@ def _marginal(entry: Mapping[str, Any], name: str, known: Known, study: Study) -
     Args:
         entry: the table.
         name: the number that varies.
-        known: its unit; any unit if that is empty. A number in kelvin is a difference of temperatures.
+        variable: its unit; any unit if that is empty. A number in kelvin is a difference of temperatures.
         study: the study, for messages.
 
     Raises:
         InputError: if the table describes no distribution, or is in a unit of something else.
     """
     where = f"{study.path}: [input.{name}]"
-    unit = _unit_of(entry, name, known, where)
+    unit = _unit_of(entry, name, variable, where)
     numbers = {key: number_in(entry, key, where) for key in entry if key not in ("distribution", "unit")}
     if "distribution" in entry:
         if not isinstance(entry["distribution"], str):
@@ -280,18 +281,18 @@ def _marginal(entry: Mapping[str, Any], name: str, known: Known, study: Study) -
             f"{where} needs distribution and its numbers, or mean and sd (and min, max), or low and high;"
             f" it has {', '.join(entry) or 'nothing'}"
         )
-    return _gaussian(numbers, unit, is_difference(known.unit), where)
+    return _gaussian(numbers, unit, is_difference(variable.unit), where)
 
 
-def _unit_of(entry: Mapping[str, Any], name: str, known: Known, where: str) -> str:
+def _unit_of(entry: Mapping[str, Any], name: str, variable: Variable, where: str) -> str:
     """Unit of the numbers of a table; arguments as for `_marginal`, and file and table for messages."""
-    usual = known.unit or "1"
+    usual = variable.unit or "1"
     unit = entry.get("unit", usual)
     if not isinstance(unit, str):
         raise InputError(f"{where}: unit must be a name such as 'mm', but it is {unit!r}")
     if unit not in UNITS:
         raise InputError(f"{where}: unknown unit {unit!r}, {suggested_unit(unit, dimension_of(usual))}")
-    if known.unit and dimension_of(unit) != dimension_of(usual):
+    if variable.unit and dimension_of(unit) != dimension_of(usual):
         raise InputError(f"{where}: unit {unit!r} is one of {dimension_of(unit)}, but {name} is in {usual}")
     return unit
 

@@ -81,13 +81,13 @@ class Problem:
     def evaluator(self) -> Evaluator:
         """Rows through the compiled model."""
         row = row_function(self.response, self.columns, self.inputs.value_names)
-        known = {name: prior.value for name, prior in self.response.known.items()}
-        return Evaluator(row, self.response.side_by_side, identity=f"{self.fingerprint}|{known!r}")
+        known = {name: prior.value for name, prior in self.response.variables.items()}
+        return Evaluator(row, self.response.batch_size, identity=f"{self.fingerprint}|{known!r}")
 
     @cached_property
     def nominal(self) -> np.ndarray:
         """Columns at the nominal values, shape (columns,); NaN where the model has no result there."""
-        values = np.array([[self.response.known[name].value for name in self.inputs.value_names]])
+        values = np.array([[self.response.variables[name].value for name in self.inputs.value_names]])
         return self.evaluator(values)[0][0]
 
     @cached_property

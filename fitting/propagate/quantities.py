@@ -13,7 +13,7 @@ from pneusma_jax.actuator.result import solved
 from pneusma_jax.errors import InputError, nearest
 from pneusma_jax.units import UNITS, amount, written
 
-from .responses import Driver, Response, not_finite
+from .responses import Driver, Response, status_of_output
 from .responses.expression import as_expression
 from .responses.touching import TOUCHING
 
@@ -244,7 +244,7 @@ def row_function(response: Response, columns: Columns, names: tuple[str, ...]):
             parts.append(jnp.broadcast_to(value, (count,)))
         whole = jnp.concatenate(parts)
         each = jnp.stack([jnp.all(jnp.isfinite(part)) for part in parts])
-        status = jnp.where(~jnp.all(each) & solved(status), not_finite(jnp.argmin(each)), status)
+        status = jnp.where(~jnp.all(each) & solved(status), status_of_output(jnp.argmin(each)), status)
         touching = jnp.where(solved(status), jnp.max(outputs.get(TOUCHING, jnp.zeros(()))), 0.0)
         return jnp.where(solved(status), whole, jnp.nan), status.astype(jnp.uint8), touching
 

@@ -3,7 +3,7 @@
 import functools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import equinox as eqx
 import jax
@@ -14,6 +14,7 @@ from fitting.data.recordings import Recording
 from fitting.specimens.model_objects import BASE, actuator_of, material_of
 from fitting.specimens.saved_models import AugmentedModel
 from fitting.specimens.saved_models.left_out import chain_without
+from pneusma_jax.errors import counted
 from pneusma_jax.serial_chain.designs import ChainDesign, make_chain
 from pneusma_jax.units import from_si
 
@@ -22,19 +23,27 @@ from .state import ActuatorState, described_actuator, described_state, drive_of,
 
 @dataclass
 class ChainState:
-    """A solved chain.
+    """A solved chain. What is shown of it has the names of `ActuatorState`.
 
     Attributes:
         design: content of its file.
         chain: solved chain.
         segments: segments from base to tip.
         found: equilibrium; its shape is NaN beyond a segment that has none.
+        numbers: none; each segment has the numbers of its own springs.
     """
+
+    numbers: ClassVar[tuple[()]] = ()
 
     design: ChainDesign
     chain: pj.SegmentChain
     segments: list[ActuatorState]
     found: pj.ChainEquilibrium
+
+    @property
+    def title(self) -> str:
+        """Name of the design and number of segments."""
+        return f"{self.design.name}, {counted(len(self.segments), 'segment')}"
 
     @property
     def status(self) -> str:
@@ -94,6 +103,21 @@ class ChainState:
                 f"{-self.clearance:.3g} mm: contact is not modelled"
             )
         return sentences
+
+    def quantities(self) -> list[tuple[str, float, str]]:
+        """Name, value and unit of the tip's coordinates and the clearance; none without an equilibrium."""
+        if not self.converged:
+            return []
+        tip = [(f"tip {axis}", float(x), "mm") for axis, x in zip("xyz", self.tip, strict=True)]
+        return [*tip, ("clearance", self.clearance, "mm")]
+
+    def spring_rows(self) -> list[list[str]]:
+        """No table of springs: each segment has its own."""
+        return []
+
+    def as_chain(self) -> tuple[pj.SegmentChain, pj.ChainEquilibrium]:
+        """The chain and its equilibrium."""
+        return self.chain, self.found
 
     def contract(self) -> dict[str, Any]:
         """The object of `simulate --json` for a chain; null for missing values."""

@@ -46,7 +46,7 @@ UNITS = {
 
 
 @dataclass
-class Course:
+class ProtocolResponse:
     """Response of the model to a protocol.
 
     Attributes:
@@ -72,7 +72,7 @@ class Course:
         return self.inputs | self.outputs | self.states
 
 
-def run_protocol(protocol: Protocol, specimen: Recording, model: AugmentedModel = BASE) -> Course:
+def run_protocol(protocol: Protocol, specimen: Recording, model: AugmentedModel = BASE) -> ProtocolResponse:
     """Apply a protocol to a specimen.
 
     Args:
@@ -84,9 +84,9 @@ def run_protocol(protocol: Protocol, specimen: Recording, model: AugmentedModel 
         InputError: for a channel of a missing spring, or an impossible specimen.
     """
     check_resistances(protocol, specimen)
-    course = _run(specimen_of(protocol.kind), protocol, specimen, model)
-    course.inputs = _inputs(protocol)
-    return course
+    response = _run(specimen_of(protocol.kind), protocol, specimen, model)
+    response.inputs = _inputs(protocol)
+    return response
 
 
 def check_resistances(protocol: Protocol, specimen: Recording) -> None:
@@ -122,7 +122,7 @@ def _inputs(protocol: Protocol) -> dict[str, np.ndarray]:
 
 
 @functools.singledispatch
-def _run(kind: Specimen, protocol: Protocol, specimen: Recording, model: AugmentedModel) -> Course:
+def _run(kind: Specimen, protocol: Protocol, specimen: Recording, model: AugmentedModel) -> ProtocolResponse:
     """Response of the specimen to a protocol.
 
     Raises:
@@ -132,7 +132,9 @@ def _run(kind: Specimen, protocol: Protocol, specimen: Recording, model: Augment
 
 
 @_run.register
-def _(kind: BendingActuator, protocol: Protocol, specimen: Recording, model: AugmentedModel) -> Course:
+def _(
+    kind: BendingActuator, protocol: Protocol, specimen: Recording, model: AugmentedModel
+) -> ProtocolResponse:
     actuator = actuator_of(specimen, model)
     _check_springs(protocol, [actuator])
     prestrain = full_geometry(specimen, model)["prestrain"] if actuator.springs else 0.0
@@ -148,7 +150,7 @@ def _(kind: BendingActuator, protocol: Protocol, specimen: Recording, model: Aug
     title = f"{protocol.name}: {_short(specimen.full_geometry()['design'])}"
     bent = () if actuator.planar else ("curvature", "bend_angle")
     marks, more = marked(model, history.seen, "actuator", bent)
-    return Course(title, {}, outputs, known | marks, [*specimen.notices, *notices, *more])
+    return ProtocolResponse(title, {}, outputs, known | marks, [*specimen.notices, *notices, *more])
 
 
 def _short(name: str) -> str:
@@ -236,7 +238,7 @@ def _described(actuator: pj.Actuator, history: pj.History, before: str = "") -> 
 
 def run_chain_protocol(
     protocol: Protocol, name: str, chain: pj.SegmentChain, specimens: Sequence[Recording]
-) -> Course:
+) -> ProtocolResponse:
     """Apply a protocol to a chain.
 
     Args:
@@ -271,11 +273,13 @@ def run_chain_protocol(
         notices += [f"segment {k}: {sentence}" for sentence in actuator_cautions(body, part.rows)]
     notices += chain_touching_cautions(history.shape)
     title = f"{protocol.name}: {name}"
-    return Course(title, _inputs(protocol), outputs, states, notices, (chain, history), pressure)
+    return ProtocolResponse(title, _inputs(protocol), outputs, states, notices, (chain, history), pressure)
 
 
 @_run.register
-def _(kind: SpringOnStand, protocol: Protocol, specimen: Recording, model: AugmentedModel) -> Course:
+def _(
+    kind: SpringOnStand, protocol: Protocol, specimen: Recording, model: AugmentedModel
+) -> ProtocolResponse:
     spring = spring_of(specimen, model)
     channels = protocol.channels
     if "resistance" in channels:
@@ -299,11 +303,11 @@ def _(kind: SpringOnStand, protocol: Protocol, specimen: Recording, model: Augme
     arrays = lambda table: {name: np.asarray(values) for name, values in table.items()}  # noqa: E731
     marks, more = marked(model, history.seen, "spring")
     cautions = spring_cautions(spring, rows, "the spring") + more
-    return Course(title, {}, arrays(outputs), arrays(states) | marks, cautions)
+    return ProtocolResponse(title, {}, arrays(outputs), arrays(states) | marks, cautions)
 
 
 @_run.register
-def _(kind: Tube, protocol: Protocol, specimen: Recording, model: AugmentedModel) -> Course:
+def _(kind: Tube, protocol: Protocol, specimen: Recording, model: AugmentedModel) -> ProtocolResponse:
     geometry, law = geometry_of(specimen, model), law_of(specimen, model)
     try:
         tube = make_tube(geometry, law)
@@ -317,4 +321,4 @@ def _(kind: Tube, protocol: Protocol, specimen: Recording, model: AugmentedModel
     title = f"{protocol.name}: tube of {_short(specimen.full_geometry()['material'])}"
     marks, more = marked(model, history.seen, "tube")
     cautions = silicone_cautions(law, strain, strain) + more
-    return Course(title, {}, outputs, {"status": status, "model_strain": strain} | marks, cautions)
+    return ProtocolResponse(title, {}, outputs, {"status": status, "model_strain": strain} | marks, cautions)

@@ -5,7 +5,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import jax
 import numpy as np
@@ -19,6 +19,7 @@ from fitting.specimens.saved_models import AugmentedModel
 from fitting.specimens.saved_models.left_out import only_along_histories, shown_otherwise
 from pneusma_jax.nitinol import SpringResponse
 from pneusma_jax.program_cache import cached_program
+from pneusma_jax.serial_chain.segments import chain_shape
 from pneusma_jax.simulate.rest import solve_at_rest
 from pneusma_jax.units import from_si
 
@@ -90,8 +91,10 @@ class ActuatorState:
         given: origin of each spring's state: `"given"`, `"from resistance"` or `"cold"`.
         notices: warnings in words.
         seen: instrument readings of `curvature`, `bend_angle` and `length`, where effects change them.
+        segments: none; a `ChainState`, which has the same properties, has some.
     """
 
+    segments: ClassVar[tuple[()]] = ()
     title: str
     actuator: pj.Actuator
     found: pj.Equilibrium
@@ -139,6 +142,12 @@ class ActuatorState:
             rows.append(("bend_direction", float(from_si(found.bend_direction, "deg")) % 360.0, "deg"))
         rows.append(("curvature", float(shown["curvature"]), "1/m"))
         return rows
+
+    def as_chain(self) -> tuple[pj.SegmentChain, pj.ChainEquilibrium]:
+        """The actuator as a chain of one segment, and that chain's equilibrium."""
+        chain = pj.chain_of(self.actuator.with_loads())
+        shape = chain_shape(chain, self.found.bend[None], self.found.length[None])
+        return chain, pj.ChainEquilibrium((self.found,), shape)
 
     def contract(self) -> dict[str, Any]:
         """The object of `simulate --json`; null for missing values."""

@@ -1,6 +1,7 @@
 """The hyperelastic laws as modules: numbers plus `__call__(strain) -> engineering stress`.
 
 `cuts` lists the strains at which a law is not smooth; the quadrature of a section splits there.
+The functions of `hyperelastic` hold the formulas and their sources.
 """
 
 import abc
@@ -27,7 +28,7 @@ class SiliconeLaw(eqx.Module):
 
     @property
     def tested(self) -> tuple[Array, Array]:
-        """Smallest and largest strain of the law's data [1]; without bounds unless overridden."""
+        """Smallest and largest strain of the law's data [1], each of shape (); infinite unless overridden."""
         return -jnp.asarray(jnp.inf), jnp.asarray(jnp.inf)
 
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from fitting.calibrate.assumed import assumed, by_default, default_tolerances, far_from_nominal
+from fitting.calibrate.assumed import assumed, default_deviations, default_tolerances, far_from_nominal
 from fitting.data.recordings import read_campaign
 from fitting.specimens import SPRING
 
@@ -63,7 +63,7 @@ def test_a_prior_of_a_table_is_no_default_tolerance():
     campaign = replace(
         campaign, recordings=[replace(r, geometry={**r.geometry, "alloy": "fit"}) for r in campaign.recordings]
     )
-    names = by_default(campaign.recordings, SPRING.parameters_for(campaign))
+    names = default_deviations(campaign.recordings, SPRING.parameters_for(campaign))
     assert "wire_diameter" in names and "G_m" not in names
 
 

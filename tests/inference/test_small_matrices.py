@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from threadpoolctl import threadpool_info, threadpool_limits
 
-from fitting.inference.parallel import run_briefly, small_matrices
+from fitting.inference.parallel import one_thread_per_matrix, run_short_jobs
 
 
 def threads():
@@ -27,9 +27,9 @@ def two():
 def test_the_limit_ends_with_the_outermost_of_nested_calls(two):
     before = threads()
 
-    @small_matrices
+    @one_thread_per_matrix
     def outer():
-        small_matrices(lambda: None)()
+        one_thread_per_matrix(lambda: None)()
         return threads()
 
     assert set(outer()) == {1}
@@ -39,12 +39,12 @@ def test_the_limit_ends_with_the_outermost_of_nested_calls(two):
 def test_the_limit_ends_with_an_error(two):
     before = threads()
     with pytest.raises(ZeroDivisionError):
-        small_matrices(lambda: 1 / 0)()
+        one_thread_per_matrix(lambda: 1 / 0)()
     assert threads() == before
 
 
-def test_brief_jobs_keep_their_order(monkeypatch):
+def test_short_jobs_keep_their_order(monkeypatch):
     for count in ("1", "2"):
         monkeypatch.setenv("PNEUSMA_THREADS", count)
-        assert run_briefly(lambda k: k * k, list(range(20))) == [k * k for k in range(20)]
-        assert run_briefly(lambda k: k + os.getpid(), [1]) == [1 + os.getpid()]
+        assert run_short_jobs(lambda k: k * k, list(range(20))) == [k * k for k in range(20)]
+        assert run_short_jobs(lambda k: k + os.getpid(), [1]) == [1 + os.getpid()]

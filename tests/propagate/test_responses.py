@@ -63,7 +63,7 @@ def test_a_table_among_the_dimensions_is_read_and_told(write):
     line = "alloy is named in [model] geometry; name it in [model] itself"
     assert [line in problem.notices for problem in told] == [False, True, True]
     expected = pj.load_calibration("krl45").quantities["ka_1"].value
-    assert [problem.response.known["ka_1"].value for problem in told] == [expected] * 3
+    assert [problem.response.variables["ka_1"].value for problem in told] == [expected] * 3
 
 
 def test_a_table_among_the_dimensions_lies_beside_the_study(write, monkeypatch, tmp_path):
@@ -72,7 +72,7 @@ def test_a_table_among_the_dimensions_lies_beside_the_study(write, monkeypatch, 
     monkeypatch.chdir(tmp_path / "elsewhere")
     study = STATE + 'geometry = {alloy = "mine.toml"}\n[vary]\npriors = true\n'
     expected = pj.load_calibration("krl45").quantities["ka_1"].value
-    assert problem_of(write, study).response.known["ka_1"].value == expected
+    assert problem_of(write, study).response.variables["ka_1"].value == expected
 
 
 @pytest.mark.slow
@@ -132,7 +132,7 @@ name = "curvature_1pm"
     expected = course.outputs["model_curvature_1pm"][kept]
     np.testing.assert_allclose(problem.nominal, expected, rtol=1e-8, atol=1e-10)
     assert problem.columns.driver.name == "time_s" and len(expected) == 11
-    assert {"pressure_offset", "pressure_gain", "xi0_2_offset"} <= set(problem.response.known)
+    assert {"pressure_offset", "pressure_gain", "xi0_2_offset"} <= set(problem.response.variables)
 
 
 @pytest.mark.slow

@@ -17,15 +17,10 @@ RAW_ENDINGS = (
     ".csv", ".tsv", ".txt", ".dat", ".asc", ".prn", ".tra", ".lvm", ".xlsx", ".xlsm", ".mat",
     *(other_workbooks.ENDINGS if other_workbooks.is_read() else ()),
 )  # fmt: skip
-_ABOUT = (
-    "license",
-    "licence",
-    "citation",
-    "provenance",
-    "readme",
-)  # begin the names of files about the others
+_ABOUT = ("license", "licence", "citation", "provenance", "readme")
+"""Words that begin the names of files about the others, such as a licence; nothing is said of these files."""
 _LISTED = 3
-"""Number of files of one kind that a line names."""
+"""Number of files of one ending that a line names."""
 
 
 def raw_files(
@@ -46,7 +41,7 @@ def raw_files(
             cannot.
     """
     wanted: list[Path] = []
-    aside: list[Path] = []
+    ignored: list[Path] = []
     for source in map(Path, sources):
         if not source.is_dir():
             wanted.append(source)
@@ -59,13 +54,7 @@ def raw_files(
                 samples[path] = _samples(path)
             except InputError as error:
                 errors.append(error)
-        with_numbers = [
-            path
-            for path, tests in samples.items()
-            if any(
-                test.grid is not None or any(known.recognises(test) for known in FORMATS) for test in tests
-            )
-        ]
+        with_numbers = [path for path, tests in samples.items() if any(map(_holds_numbers, tests))]
         if errors and (refused is None or not with_numbers):
             raise first_of(errors)
         if not with_numbers:
@@ -75,8 +64,13 @@ def raw_files(
         if refused is not None:
             refused += errors
         wanted += with_numbers
-        aside += [path for path in samples if path not in with_numbers]
-    return wanted, aside
+        ignored += [path for path in samples if path not in with_numbers]
+    return wanted, ignored
+
+
+def _holds_numbers(test: Sample) -> bool:
+    """True if a test has a table of numbers, or a known format reads it."""
+    return test.grid is not None or any(known.recognises(test) for known in FORMATS)
 
 
 def _samples(path: Path) -> list[Sample]:
@@ -119,6 +113,7 @@ def left_in_folders(sources: Iterable[str | Path]) -> list[str]:
 
 
 def _reason(ending: str) -> str:
+    """Why files of an ending are not read, and what to do about it."""
     if ending in other_workbooks.ENDINGS:
         return f"a workbook in the format {ending}: save it as .xlsx, or {other_workbooks.EXTRA}"
     ending = f"ending {ending}" if ending else "without an ending"

@@ -13,12 +13,15 @@ from pathlib import Path
 from typing import Any
 
 from pneusma_jax.errors import reason_of
+from pneusma_jax.late import Late
 
 from ..recordings.table import ZIP, bytes_of, unusable
 from .matlab import is_matlab_or_hdf5, sheets_of
 from .number_formats import Display, as_text, display_of, one_unit
 from .other_workbooks import other_sheets, other_workbook
 from .workbook_marks import sheet_remarks
+
+openpyxl = Late("openpyxl")  # takes 70 ms to load, and most files are text
 
 # Time, displacement, force, strain, ...: words that show in which code a text is that is in no other one.
 _CODES = {
@@ -255,8 +258,6 @@ def formulas_without_values(raw: RawFile, sheet: str | None = None, rows: Collec
     """
     if not raw.is_workbook or raw.other:
         return ""
-    import openpyxl  # as below
-
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         books = [
@@ -331,8 +332,6 @@ def _other_pages(raw: RawFile) -> list[Page]:
 
 def _read_sheets(raw: RawFile) -> list[Page]:
     _check_size(raw)
-    import openpyxl  # slow to import, and most files are text
-
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # about styles and extensions that do not touch the numbers

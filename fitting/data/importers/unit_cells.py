@@ -1,4 +1,7 @@
-"""Columns whose fields are numbers with their units, as handheld instruments write them: `3.214 Ω`."""
+"""Units and prefixes that stand in cells or in their number format, not in the heading.
+
+Handheld instruments write `3.214 Ω`, loggers write `1.2k`, and sheets display a number in thousands.
+"""
 
 import itertools
 import math
@@ -13,7 +16,8 @@ from ..recordings.columns import convert
 from .no_table import headers_of
 from .number_formats import times
 from .numerals import CellNumber, to_number
-from .prefixed_numbers import may_have_prefixes, said, without_prefixes
+from .prefixed_numbers import may_have_prefixes, without_prefixes
+from .prefixed_numbers import said as sentence_on_prefixes
 from .raw import Page
 from .rounding import shortest
 from .separators import LEAST_ROWS
@@ -70,7 +74,7 @@ def without_prefixes_of_numbers(page: Page) -> tuple[Page, list[str]]:
                 continue
             for i, field in zip(below, plain, strict=True):
                 rows[i][column] = field
-            notices.append(said(text, texts, plain, [i + 1 for i in below]))
+            notices.append(sentence_on_prefixes(text, texts, plain, [i + 1 for i in below]))
         if notices:
             return replace(page, lines=[], rows=rows), notices
     return page, []
@@ -87,7 +91,7 @@ def with_displayed_units(page: Page) -> tuple[Page, list[str]]:
     """
     if page.rows is None or not (page.units or page.thousands):
         return page, []
-    rows, said = [list(row) for row in page.rows], []
+    rows, notices = [list(row) for row in page.rows], []
     own: dict[int, str] = {}
     names: dict[int, str] = {}
     for _, at in headers_of(page):
@@ -97,7 +101,7 @@ def with_displayed_units(page: Page) -> tuple[Page, list[str]]:
             text = rows[at][column] if column < len(rows[at]) else ""
             if column not in own and meaning_of(f"{text} ({unit})") is not None:
                 rows[at][column] = f"{text} ({unit})"
-                said.append(f"the unit of {text!r} is {unit}, with which its cells are displayed")
+                notices.append(f"the unit of {text!r} is {unit}, with which its cells are displayed")
     doubtful: dict[int, tuple[str, ...]] = {}
     for column in sorted({*page.units} | {column for _, column in page.thousands}):
         factors = {factor for (_, c), factor in page.thousands.items() if c == column}
@@ -107,23 +111,24 @@ def with_displayed_units(page: Page) -> tuple[Page, list[str]]:
                 if c == column:
                     rows[i][c] = times(CellNumber(rows[i][c]), page.thousands[i, c])
             if factors:
-                said.append(_read(column, "as displayed"))
+                notices.append(_in_thousands(column, "as displayed"))
         elif unit and all(_is_multiple(unit, stated, 1.0 / factor) for factor in factors or {1.0}):
             continue
         elif smaller := _smaller(unit or stated, factors):
             doubtful[column] = smaller, unit_name(stated), f"in {unit or 'thousands'}"
         elif unit:
-            said.append(
+            notices.append(
                 f"check: the heading {names.get(column, '')!r} states {stated}, but its cells are displayed"
                 f" in {unit}: {stated} was taken; --unit QUANTITY={unit} takes the other"
             )
         else:
             how = "as the cells hold them; --scale QUANTITY=0.001 takes those displayed"
-            said.append(_read(column, how))
-    return replace(page, rows=rows, doubtful=doubtful), said
+            notices.append(_in_thousands(column, how))
+    return replace(page, rows=rows, doubtful=doubtful), notices
 
 
-def _read(column: int, how: str) -> str:
+def _in_thousands(column: int, how: str) -> str:
+    """Notice on a column that is displayed in thousands: how its numbers were read."""
     return f"check: the sheet displays numbers of column {column + 1} in thousands; they were read {how}"
 
 

@@ -15,7 +15,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from fitting.inference.parallel import run_briefly
+from fitting.inference.parallel import run_short_jobs
 from fitting.specimens.rows import MARK, Rows
 from fitting.specimens.specimen import Specimen
 from pneusma_jax.effects import CATALOGUE
@@ -214,7 +214,7 @@ def _one_by_one(evaluate: Callable[[slice], Outputs], there: np.ndarray) -> Outp
         there: mask of the recordings to run, (recordings of the stack,). Others repeat one that is run.
     """
     runs = np.flatnonzero(there)
-    parts = run_briefly(lambda k: evaluate(slice(k, k + 1)), runs.tolist())
+    parts = run_short_jobs(lambda k: evaluate(slice(k, k + 1)), runs.tolist())
     place = np.zeros(len(there), int)
     place[runs] = np.arange(len(runs))
 

@@ -5,14 +5,14 @@ from .response import (
     NOT_FINITE,
     Answer,
     Driver,
-    Known,
     Response,
-    not_finite,
+    Variable,
     reason,
+    status_of_output,
     undefined_output,
 )
 
 __all__ = [
-    "NOISE", "NOT_FINITE", "Answer", "Driver", "Known", "Response", "not_finite", "reason",
+    "NOISE", "NOT_FINITE", "Answer", "Driver", "Variable", "Response", "status_of_output", "reason",
     "undefined_output",
 ]  # fmt: skip

@@ -18,7 +18,7 @@ from pneusma_jax.calibration.records import Quantity
 from pneusma_jax.errors import InputError
 from pneusma_jax.nitinol import Alloy
 
-from .response import Known
+from .response import Variable
 
 FACTOR = "silicone_stiffness"
 SIZES = ("width", "height")
@@ -50,7 +50,7 @@ class Body:
     law: str | None
     added: tuple[tuple[AddedEffect, Mapping[str, str]], ...]
     gravity: tuple[float, float, float]
-    numbers: Mapping[str, Known]
+    numbers: Mapping[str, Variable]
 
     @property
     def layout(self) -> pj.Layout:
@@ -129,7 +129,8 @@ def body_of(specimen: Recording, model: AugmentedModel) -> tuple[Body, tuple[Pat
         if any(name in numbers for name in names.values()):
             raise InputError(f"{model.path}: the effect {effect.slug} is there twice; a study takes it once")
         added.append((effect, names))
-        numbers |= {names[k]: Known(q.value, q.unit, q.prior, "effect") for k, q in effect.parameters.items()}
+        own_numbers = {k: Variable(q.value, q.unit, q.prior, "effect") for k, q in effect.parameters.items()}
+        numbers |= {names[k]: variable for k, variable in own_numbers.items()}
     body = Body(tables, geometry, None if own else stated, tuple(added), tuple(gravity_of(specimen)), numbers)
     try:
         body.build({})
@@ -139,10 +140,10 @@ def body_of(specimen: Recording, model: AugmentedModel) -> tuple[Body, tuple[Pat
     return body, tuple(path for path in files if path is not None and Path(path).exists())
 
 
-def _numbers(tables: Mapping[str, Calibration], geometry: pj.Geometry) -> dict[str, Known]:
+def _numbers(tables: Mapping[str, Calibration], geometry: pj.Geometry) -> dict[str, Variable]:
     """Everything that may vary, by name; of equal names in two tables both have their table before them."""
     alloy = {field.name for field in dataclasses.fields(Alloy) if field.name != "name"}
-    found: dict[str, dict[str, Known]] = {}
+    found: dict[str, dict[str, Variable]] = {}
     for kind, table in tables.items():
         for name, quantity in table.quantities.items():
             varies = {
@@ -151,8 +152,8 @@ def _numbers(tables: Mapping[str, Calibration], geometry: pj.Geometry) -> dict[s
             }[kind]  # fmt: skip
             if varies:
                 value = float(getattr(geometry, name)) if name in GEOMETRY_KEYS else quantity.value
-                found.setdefault(name, {})[kind] = Known(value, quantity.unit, quantity.prior, kind)
-    found.setdefault(FACTOR, {}).setdefault("silicone", Known(1.0, "1", None, "silicone"))
+                found.setdefault(name, {})[kind] = Variable(value, quantity.unit, quantity.prior, kind)
+    found.setdefault(FACTOR, {}).setdefault("silicone", Variable(1.0, "1", None, "silicone"))
     return {
         name if len(kinds) == 1 else f"{kind}.{name}": known
         for name, kinds in found.items()
@@ -160,7 +161,7 @@ def _numbers(tables: Mapping[str, Calibration], geometry: pj.Geometry) -> dict[s
     }
 
 
-def tied(numbers: Mapping[str, Known]) -> dict[str, str]:
+def tied(numbers: Mapping[str, Variable]) -> dict[str, str]:
     """Dimensions that follow others, with the sentence that says so."""
     return {
         name: sentence

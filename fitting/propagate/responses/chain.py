@@ -28,7 +28,7 @@ from .drives import (
     worst,
 )
 from .noise import NoiseFor
-from .response import Known, Response
+from .response import Response, Variable
 from .touching import TOUCHING, overlapping
 
 
@@ -89,17 +89,17 @@ def chain_response(
     names += [f"bend_angle_{k}_deg" for k in range(1, len(design.designs) + 1)]
     files = {file for _, found_files in found.values() for file in found_files}
     files |= {design.path} if design.path.exists() else set()
-    known: dict[str, Known] = {**numbers, **drive_numbers(channels | own), **noise.known}
+    variables: dict[str, Variable] = {**numbers, **drive_numbers(channels | own), **noise.variables}
     return Response(
         title=f"chain {design.name}",
-        known=known,
+        variables=variables,
         driver=driver,
         outputs=dict.fromkeys(names, along),
         answer=answer,
         files=tuple(sorted(files)),
         notices=without,
         tied={} if several else tied(numbers),
-        side_by_side=16,
+        batch_size=16,
     )
 
 

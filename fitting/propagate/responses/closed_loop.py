@@ -116,7 +116,7 @@ def loop_response(
     noise, kept = noise_for({"resistance": "ohm"}), kept_rows(len(loop.time), points)
     return Response(
         title=f"closed loop of {title_of(specimen, model)}",
-        known={**body.numbers, **drive_numbers(channels), **noise.known},
+        variables={**body.numbers, **drive_numbers(channels), **noise.variables},
         driver=Driver("time_s", loop.time[kept]),
         outputs=_output_names(body),
         answer=_Driven(
@@ -126,7 +126,7 @@ def loop_response(
         files=files,
         notices=(f"the controller has the {knows} at the nominal numbers",),
         tied=tied(body.numbers),
-        side_by_side=TOGETHER,
+        batch_size=TOGETHER,
         smooth=False,  # currents and readings have steps
     )
 

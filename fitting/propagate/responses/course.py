@@ -31,7 +31,7 @@ from pneusma_jax.units import from_si
 from .body import body_of, tied
 from .drives import activation, drive_numbers, driven, units_of, worst
 from .noise import NoiseFor, WhiteNoise
-from .response import NOISE, NOT_FINITE, Driver, Known, Response
+from .response import NOISE, NOT_FINITE, Driver, Response, Variable
 from .state import described, output_names, title_of
 from .touching import TOUCHING, past
 
@@ -104,13 +104,13 @@ def protocol_response(
 
     return Response(
         title=f"{protocol.name} of {title_of(specimen, model)}",
-        known={**body.numbers, **drive_numbers(slow), **noise.known},
+        variables={**body.numbers, **drive_numbers(slow), **noise.variables},
         driver=Driver("time_s", protocol.time[kept]),
         outputs=dict.fromkeys(output_names(body.layout), True),
         answer=answer,
         files=(*files, *((protocol.path,) if Path(protocol.path).exists() else ())),
         tied=tied(body.numbers),
-        side_by_side=TOGETHER,
+        batch_size=TOGETHER,
     )
 
 
@@ -216,28 +216,28 @@ def recording_response(
         return outputs, jnp.where(good, 0, NOT_FINITE)
 
     tables = _tables_of(campaign, own, model)
-    known = _known_of(parameters, noise, tables, rows, named, recording.tolerance is not None)
+    variables = _variables_of(parameters, noise, tables, rows, named, recording.tolerance is not None)
     files = [recording.path, model.path, *(table.path for table in tables.values())]
     return Response(
         title=f"{recording.name} ({kind})",
-        known=known,
+        variables=variables,
         driver=driver,
         outputs=dict.fromkeys(columns.values(), True),
         answer=answer,
         files=tuple(Path(p) for p in files if p is not None and Path(p).exists()),
         notices=(*_READ_ONCE.get(kind, ()), *notices_of_reading(campaign.recordings)),
-        side_by_side=TOGETHER,
+        batch_size=TOGETHER,
     )  # fmt: skip
 
 
-def _known_of(
+def _variables_of(
     parameters: Parameters,
     noise: WhiteNoise,
     tables: Mapping[str, Calibration],
     rows: Rows,
     named: Collection[str],
     stated: bool,
-) -> dict[str, Known]:
+) -> dict[str, Variable]:
     """Numbers of a recording's model that may vary, with their priors.
 
     Args:
@@ -248,18 +248,18 @@ def _known_of(
         named: keys of tables that are named in place of the recording's.
         stated: true if the recording states tolerances; they are those of its own tables.
     """
-    known = {
-        name: Known(float(e.value), e.unit, _prior(e), "recording") for name, e in parameters.items()
-    } | noise.known
+    variables = {
+        name: Variable(float(e.value), e.unit, _prior(e), "recording") for name, e in parameters.items()
+    } | noise.variables
     for key, table in tables.items():
         free = key in named or not stated
         for name, quantity in table.quantities.items():
-            if name in rows.base and (name not in known or (free and quantity.prior is not None)):
+            if name in rows.base and (name not in variables or (free and quantity.prior is not None)):
                 value = float(rows.base[name])
-                known[name] = Known(value, quantity.unit, quantity.prior, table.kind)
+                variables[name] = Variable(value, quantity.unit, quantity.prior, table.kind)
     for name, value in rows.base.items():
-        known.setdefault(name, Known(float(value), "", None, ""))
-    return known
+        variables.setdefault(name, Variable(float(value), "", None, ""))
+    return variables
 
 
 def _tables_of(campaign: Campaign, own: Model, model: AugmentedModel) -> dict[str, Calibration]:

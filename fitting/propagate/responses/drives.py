@@ -13,7 +13,7 @@ from pneusma_jax.documents import check_keys
 from pneusma_jax.errors import InputError
 from pneusma_jax.units import dimension_of, from_si, to_si, unit_of_column
 
-from .response import Driver, Known
+from .response import Driver, Variable
 
 STEMS = {"pressure": "kPa", "xi0": "1", "resistance": "ohm", "temperature": "degC"}
 """Quantities that drive, and their units in files."""
@@ -133,16 +133,16 @@ def _check_channel(name: str, values: np.ndarray, springs: tuple[int, ...], wher
         raise InputError(f"{where}: there is no spring {number}; those that are there: {there}")
 
 
-def drive_numbers(channels: Mapping[str, np.ndarray]) -> dict[str, Known]:
+def drive_numbers(channels: Mapping[str, np.ndarray]) -> dict[str, Variable]:
     """Numbers by which drives may vary: a channel itself where it is one number, else its offset and gain."""
     found = {}
     for name, values in channels.items():
         unit = STEMS[name.rpartition(".")[2].partition("_")[0]]
         if np.ndim(values) == 0:
-            found[name] = Known(float(values), unit)
+            found[name] = Variable(float(values), unit)
             continue
-        found[f"{name}_offset"] = Known(0.0, "K" if unit == "degC" else unit)
-        found[f"{name}_gain"] = Known(1.0, "1")
+        found[f"{name}_offset"] = Variable(0.0, "K" if unit == "degC" else unit)
+        found[f"{name}_gain"] = Variable(1.0, "1")
     return found
 
 

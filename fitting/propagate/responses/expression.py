@@ -10,7 +10,7 @@ from jaxtyping import Array
 from fitting.inference.parameters.ties import RESERVED, evaluate, evaluation_order
 from pneusma_jax.errors import InputError
 
-from .response import Known, Response
+from .response import Response, Variable
 
 
 def expression_response(settings: Mapping[str, Any], inputs: Mapping[str, float], where: str) -> Response:
@@ -50,12 +50,12 @@ def expression_response(settings: Mapping[str, Any], inputs: Mapping[str, float]
 
     return Response(
         title="expressions",
-        known={name: Known(value, "1") for name, value in inputs.items()},
+        variables={name: Variable(value, "1") for name, value in inputs.items()},
         driver=None,
         outputs=dict.fromkeys(table, False),
         answer=answer,
         files=(),
-        side_by_side=4096,
+        batch_size=4096,
         with_units=False,
     )
 

@@ -14,7 +14,7 @@ from jaxtyping import Array
 from pneusma_jax.errors import InputError, nearest
 from pneusma_jax.units import dimension_of, to_si, unit_of_column
 
-from .response import NOISE, Known
+from .response import NOISE, Variable
 
 BITS = 32
 """Number of bits of the seed that selects the noise of a row, as many as a seed of JAX can have."""
@@ -34,9 +34,9 @@ class WhiteNoise:
     sd: Mapping[str, float] = field(default_factory=dict)
 
     @property
-    def known(self) -> dict[str, Known]:
+    def variables(self) -> dict[str, Variable]:
         """The input `noise`: a number from 0 to 1, or a negative one for no noise, its value by default."""
-        return {NOISE: Known(-1.0, "1")} if self.sd else {}
+        return {NOISE: Variable(-1.0, "1")} if self.sd else {}
 
     def on(self, channels: Mapping[str, Array], values: Mapping[str, Array]) -> dict[str, Array]:
         """Channels with a row's noise.

@@ -14,24 +14,29 @@ from pneusma_jax.calibration.records import Prior
 NOISE = "noise"
 """Name of the input that picks the white noise of channels."""
 NOT_FINITE = 99
-"""Status of a row whose outputs are not all finite, where the model gives no reason."""
-FIRST_OUTPUT = 100
+"""Status of a row whose outputs are not all finite, where the model gives no reason. Those of `pj.Status` are
+smaller."""
+FIRST_OUTPUT = NOT_FINITE + 1
 """Status of a row whose first output is the first that is not finite; those of the next ones follow."""
-MOST_TOLD_APART = 256 - FIRST_OUTPUT
-"""Number of outputs with a status of their own: what is left of a byte."""
+OUTPUTS_WITH_STATUS = 256 - FIRST_OUTPUT
+"""Number of outputs with a status of their own: what is left of a byte, in which a status is stored."""
 SENTENCES = {int(status): status.sentence for status in pj.Status} | {
     NOT_FINITE: "An output is not a finite number."
 }
 """Reasons why a row has no result, by status; see `reason`."""
 
 
-def not_finite(first: Array) -> Array:
-    """Status of a row whose first output that is not finite is the one at an index."""
-    return jnp.where(first < MOST_TOLD_APART, FIRST_OUTPUT + first, NOT_FINITE)
+def status_of_output(first: Array) -> Array:
+    """Status of a row whose first output that is not finite is the one at an index.
+
+    Args:
+        first: index of the output, from 0; any shape.
+    """
+    return jnp.where(first < OUTPUTS_WITH_STATUS, FIRST_OUTPUT + first, NOT_FINITE)
 
 
 def undefined_output(code: int, outputs: Sequence[str]) -> str | None:
-    """Name of the output that a status from `not_finite` tells; None for any other status."""
+    """Name of the output that a status from `status_of_output` tells; None for any other status."""
     at = int(code) - FIRST_OUTPUT
     return outputs[at] if 0 <= at < len(outputs) else None
 
@@ -50,7 +55,7 @@ def reason(code: int, outputs: Sequence[str]) -> str:
 
 
 @dataclass(frozen=True)
-class Known:
+class Variable:
     """A number that may vary.
 
     Attributes:
@@ -90,27 +95,27 @@ class Response:
 
     Attributes:
         title: title for people.
-        known: numbers that may vary, by name.
+        variables: numbers that may vary, by name.
         driver: the driver, or None for a single state.
         outputs: true for each output that is given along the driver, by name.
-        answer: a pure function of the values [SI] of some of `known`.
+        answer: a pure function of the values [SI] of some of `variables`.
         files: files that the numbers come from.
         notices: notices about the numbers.
-        side_by_side: rows that are computed together.
+        batch_size: number of rows that one device computes together.
         smooth: true if the outputs have derivatives by the values.
         with_units: false for plain numbers. Otherwise an output whose name has no unit is in "1".
+        tied: numbers that are computed from others, by name, each with a sentence that says how. Their own
+            priors are left out.
     """
 
     title: str
-    known: Mapping[str, Known]
+    variables: Mapping[str, Variable]
     driver: Driver | None
     outputs: Mapping[str, bool]
     answer: Answer
     files: tuple[Path, ...] = ()
     notices: tuple[str, ...] = ()
-    side_by_side: int = 64
+    batch_size: int = 64
     smooth: bool = True
     with_units: bool = True
     tied: Mapping[str, str] = field(default_factory=dict)
-    """Numbers that are computed from others, by name, each with a sentence that says how. Their own priors
-    are left out."""

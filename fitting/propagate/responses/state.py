@@ -74,14 +74,14 @@ def state_response(
     points = len(driver.values) if along else 1
     return Response(
         title=title_of(specimen, model),
-        known={**body.numbers, **drive_numbers(channels), **noise.known},
+        variables={**body.numbers, **drive_numbers(channels), **noise.variables},
         driver=driver,
         outputs=dict.fromkeys(names, along),
         answer=answer,
         files=files,
         notices=tuple(only_along_histories(model)),
         tied=tied(body.numbers),
-        side_by_side=max(1, TOGETHER // points),
+        batch_size=max(1, TOGETHER // points),
     )
 
 
@@ -212,12 +212,12 @@ def workspace_response(
 
     return Response(
         title=f"workspace of {title_of(specimen, model)}",
-        known={**body.numbers, **drive_numbers({"pressure": channels["pressure"]}), **noise.known},
+        variables={**body.numbers, **drive_numbers({"pressure": channels["pressure"]}), **noise.variables},
         driver=driver,
         outputs=dict.fromkeys(outputs, True),
         answer=answer,
         files=files,
         notices=tuple(only_along_histories(model)),
         tied=tied(body.numbers),
-        side_by_side=max(1, TOGETHER // (len(pressure) * len(fractions))),
+        batch_size=max(1, TOGETHER // (len(pressure) * len(fractions))),
     )

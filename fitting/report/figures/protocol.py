@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from fitting.simulate.protocol import Course
+from fitting.simulate.protocol import ProtocolResponse
 
 from . import BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION, axis_label, legend_above, style
 
@@ -16,20 +16,20 @@ WORDS = {"xi0": "martensite fraction [1]", "duty": "duty cycle [1]"}
 MOST_PANELS = 3  # Maximum number of panels of outputs
 
 
-def protocol_figure(course: Course) -> Figure:
+def protocol_figure(response: ProtocolResponse) -> Figure:
     """Inputs and outputs over time on the left. On the right, each output over the input that changes most.
 
     Args:
-        course: response with one row or more.
+        response: response with one row or more.
     """
-    time = course.inputs["time_s"]
-    driven = _moving({name: v for name, v in course.inputs.items() if name != "time_s"})
-    outputs = dict(list(course.outputs.items())[:MOST_PANELS])
+    time = response.inputs["time_s"]
+    driven = _moving({name: v for name, v in response.inputs.items() if name != "time_s"})
+    outputs = dict(list(response.outputs.items())[:MOST_PANELS])
     groups = _grouped(driven)
     with style():
         rows = len(groups) + len(outputs)
         figure = Figure(figsize=(11.0, 0.8 + 1.9 * rows), layout="constrained")
-        figure.suptitle(course.title, fontsize=12)
+        figure.suptitle(response.title, fontsize=12)
         left, right = figure.subfigures(1, 2, width_ratios=(1.5, 1.0))
         panels = left.subplots(rows, 1, sharex=True, squeeze=False)[:, 0]
         for axes, (label, members) in zip(panels, groups.items(), strict=False):
@@ -42,7 +42,7 @@ def protocol_figure(course: Course) -> Figure:
         across = next(iter(driven)) if driven else "time_s"
         loops = right.subplots(len(outputs), 1, sharex=True, squeeze=False)[:, 0]
         for axes, (name, values) in zip(loops, outputs.items(), strict=True):
-            _loop(axes, course.inputs[across], values)
+            _loop(axes, response.inputs[across], values)
             axes.set_ylabel(_label(name))
         loops[-1].set_xlabel(_label(across))
         loops[-1].set_title("open circle: start; filled: end", fontsize=9, loc="left", color="#444444")

@@ -139,7 +139,7 @@ def input_rows(problem: Problem) -> list[list]:
     """
     rows: list[list] = []
     for name, marginal in problem.inputs.marginals.items():
-        unit = problem.response.known[name].unit
+        unit = problem.response.variables[name].unit
         values = np.asarray(marginal.at(SCORES), float)
         rows.append([name, unit or "SI", marginal.words, *constant_from_si(values, unit or "1")])
     if problem.inputs.draws is not None:
