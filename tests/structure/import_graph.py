@@ -108,20 +108,21 @@ def imports(files: Mapping[str, Path]) -> list[Import]:
     found = set()
     for name, path in files.items():
         package = name if path.name == "__init__.py" else name.rpartition(".")[0]
-        for node, inside in _statements(ast.parse(path.read_text(encoding="utf-8"))):
+        for node, inside in statements(ast.parse(path.read_text(encoding="utf-8"))):
             for target in _targets(node, package, files):
                 if target != name:
                     found.add(Import(name, target, inside))
     return sorted(found, key=lambda found: (found.source, found.target, found.inside))
 
 
-def _statements(tree: ast.AST, inside: bool = False) -> Iterator[tuple[ast.Import | ast.ImportFrom, bool]]:
+def statements(tree: ast.AST, inside: bool = False) -> Iterator[tuple[ast.Import | ast.ImportFrom, bool]]:
+    """Every import statement of a tree, and whether it stands inside a function."""
     for node in ast.iter_child_nodes(tree):
         if isinstance(node, ast.Import | ast.ImportFrom):
             yield node, inside
         else:
             function = isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.Lambda)
-            yield from _statements(node, inside or function)
+            yield from statements(node, inside or function)
 
 
 def _targets(

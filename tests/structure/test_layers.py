@@ -1,5 +1,8 @@
 """Imports go down the layers of ARCHITECTURE.md: read from the whole source, imports inside functions included."""
 
+import ast
+import re
+
 import import_graph
 import pytest
 from import_graph import LAWS, Import, allowed, circles, imports, layer_of, modules, violations, written
@@ -91,6 +94,16 @@ def test_commands_may_import_late_and_nothing_may_import_them(tree):
         fitting__low__a="import fitting.cli.run\n",
     )
     assert found["inside_functions"] == [] and found["upward"] == ["fitting.low.a -> fitting.cli.run"]
+
+
+def test_functions_outside_commands_import_no_library():
+    """What takes long to load is a `Late` module; one library exists on some systems only."""
+    found = set()
+    for name, path in modules().items():
+        text = path.read_text(encoding="utf-8")
+        if not name.startswith("fitting.cli") and re.search(r"^ +(import|from) \S+", text, re.MULTILINE):
+            found |= {(name, ast.unparse(node)) for node, inside in import_graph.statements(ast.parse(text)) if inside}
+    assert found == {("fitting.data.file_walk", "import resource")}
 
 
 def test_circles_are_found_through_others():
