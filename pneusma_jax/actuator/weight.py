@@ -19,15 +19,16 @@ def mass_of(actuator: Actuator, silicone_density: Array) -> tuple[Array, Float[A
         actuator: dimensions and alloys.
         silicone_density: density of the wall [kg/m3].
     """
-    section = actuator.section
-    area, first, _ = (as_numpy(section) if is_concrete(section) else section).moments()
-    per_area = silicone_density * actuator.length
+    given = (actuator.section, actuator.springs, actuator.spring_places, actuator.length, silicone_density)
+    section, springs, spring_places, length, density = as_numpy(given) if is_concrete(given) else given
+    area, first, _ = section.moments()
+    per_area = density * length
     wires = [
         spring.alloy.density * 0.25 * np.pi * spring.geometry.wire_diameter**2 * spring.geometry.wire_length
-        for spring in actuator.springs
+        for spring in springs
     ]
     mass = per_area * area + sum(wires)
-    turning = per_area * first + sum(m * r for m, r in zip(wires, actuator.spring_places, strict=True))
+    turning = per_area * first + sum(m * r for m, r in zip(wires, spring_places, strict=True))
     return mass, turning / mass
 
 

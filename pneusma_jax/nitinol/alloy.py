@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Array, Bool
 
 from ..calibration import Calibration, load_calibration
-from ..numerics.safe import as_array, as_numpy, is_concrete
+from ..numerics.safe import as_array, as_numpy, is_concrete, namespace_of
 from . import detwinning, residual_strain, resistivity, stress
 from .residual_strain import SpringState, hottest
 from .resistivity import PhaseReading
@@ -149,7 +149,8 @@ class Alloy(eqx.Module):
 
     def martensite_fraction_at(self, temperature: Array) -> Array:
         """Onset martensite fraction on the one reversible curve over temperature [degC] -> [1]."""
-        return 1.0 / (1.0 + jnp.exp((temperature - self.T_mid) / self.T_width))
+        xp = namespace_of(temperature, self.T_mid, self.T_width)
+        return 1.0 / (1.0 + xp.exp((temperature - self.T_mid) / self.T_width))
 
     def residual_strain_limit(self, prestrain: Array) -> Array:
         """Residual strain of the cold wire after a pre-strain, Eq. 3.1 [1]."""
@@ -196,7 +197,8 @@ class Alloy(eqx.Module):
         """
         xi_min = hottest(state, xi0)
         renew = self.renews(state, gamma, xi0, margin) if state.decided is None else state.decided.renews
-        return SpringState(jnp.where(renew, gamma, state.prestrain), jnp.where(renew, xi0, xi_min))
+        xp = namespace_of(renew, gamma, xi0, state.prestrain, xi_min)
+        return SpringState(xp.where(renew, gamma, state.prestrain), xp.where(renew, xi0, xi_min))
 
     def renews(
         self, state: SpringState, gamma: Array, xi0: Array, margin: Array | float = 0.0

@@ -83,7 +83,8 @@ def _sheared(slope: Array, initial: Array, index: Array, poisson_ratio: Array) -
     """Eq. 2.17 over the slopes of the coils, stretched and unloaded [1]."""
     # sin a = s / sqrt(1 + s^2) and cos^2 a = 1 / (1 + s^2): sines and arc tangents take processors long
     closed, opened = 1.0 + initial**2, 1.0 + slope**2
-    opening = (slope / jnp.sqrt(opened) - initial / jnp.sqrt(closed)) / closed
+    xp = namespace_of(slope, initial, index, poisson_ratio)
+    opening = (slope / xp.sqrt(opened) - initial / xp.sqrt(closed)) / closed
     return opening * opened**2 / (index * (1.0 + slope**2 / (1.0 + poisson_ratio)))
 
 

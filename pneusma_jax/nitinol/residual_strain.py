@@ -1,12 +1,15 @@
 """Residual shear strain and its memory: Eqs. 3.1 and 3.2 and Section 3.4.1."""
 
+import math
+
 import equinox as eqx
-import jax.numpy as jnp
 import numpy as np
 from jax.scipy.special import erf
 from jaxtyping import Array, Bool
 
-from ..numerics.safe import as_array
+from ..numerics.safe import as_array, namespace_of
+
+_erf_of_numpy = np.vectorize(math.erf, otypes=[float])
 
 
 def residual_strain_limit(
@@ -23,12 +26,14 @@ def residual_strain_limit(
         amplitude, slope, shift: constants of the error function [1].
         detwinned_strain: `gamma_L xi_sm(gp)`, the strain that detwinning accounts for [1].
     """
-    return jnp.minimum(amplitude * (1.0 + erf(slope * prestrain - shift)), detwinned_strain)
+    xp = namespace_of(prestrain, amplitude, slope, shift, detwinned_strain)
+    rising = (_erf_of_numpy if xp is np else erf)(slope * prestrain - shift)
+    return xp.minimum(amplitude * (1.0 + rising), detwinned_strain)
 
 
 def residual_strain(limit: Array, xi_min: Array, decay: Array) -> Array:
     """Residual strain left after heating down to a martensite fraction `xi_min`, Eq. 3.2 [1]."""
-    return limit * jnp.exp(decay * (xi_min - 1.0))
+    return limit * namespace_of(xi_min, decay).exp(decay * (xi_min - 1.0))
 
 
 class Decided(eqx.Module):
@@ -70,4 +75,4 @@ def hottest(state: SpringState, xi0: Array) -> Array:
     the derivative is 1, not one half as in `jnp.minimum`.
     """
     hotter = xi0 <= state.xi_min if state.decided is None else state.decided.hotter
-    return jnp.where(hotter, xi0, state.xi_min)
+    return namespace_of(hotter, xi0, state.xi_min).where(hotter, xi0, state.xi_min)

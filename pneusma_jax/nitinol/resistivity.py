@@ -4,11 +4,9 @@ Resistivity is in ohm per metre of wire, as the source states it.
 """
 
 import equinox as eqx
-import jax
-import jax.numpy as jnp
 from jaxtyping import Array, Bool
 
-from ..numerics.safe import chord_power, complement_power, safe_divide, unit_power
+from ..numerics.safe import chord_power, complement_power, frozen, namespace_of, safe_divide, unit_power
 from .detwinning import signed_algebraic_sigmoid
 
 DEGENERATE_CONTRAST = 0.02
@@ -38,7 +36,8 @@ def interpolation_exponent(gamma: Array, a: Array, b: Array, gamma_max: Array) -
     A negative strain counts as zero. Past gamma_max the printed power continues to fall and would change
     sign. It is held at 0.5 (reached at about 1.1 gamma_max).
     """
-    return jnp.maximum(a + (1.0 - a) * chord_power(gamma / gamma_max, b), LOWEST_EXPONENT)
+    xp = namespace_of(gamma, a, b, gamma_max)
+    return xp.maximum(a + (1.0 - a) * chord_power(gamma / gamma_max, b), LOWEST_EXPONENT)
 
 
 def mixing_fraction(xi0: Array, exponent: Array, second: Array | float = 1.0) -> Array:
@@ -88,7 +87,7 @@ def martensite_fraction(
     A clipped base has zero slope. Both flags of the reading mark such results.
     """
     weight, clipped = martensite_weight(rho, rho_m, rho_a)
-    degenerate = jnp.abs(rho_m - rho_a) < DEGENERATE_CONTRAST
+    degenerate = abs(rho_m - rho_a) < DEGENERATE_CONTRAST
     powered = complement_power(weight, 1.0 / second)
     return PhaseReading(unit_power(powered, 1.0 / exponent), clipped, degenerate)
 
@@ -97,4 +96,5 @@ def martensite_weight(rho: Array, rho_m: Array, rho_a: Array) -> tuple[Array, Ar
     """Weight A of Eq. 2.46 clipped to [0, 1], and a flag for clipping [1, boolean]."""
     weight = safe_divide(rho - rho_a, rho_m - rho_a, floor=1e-9)
     clipped = (weight <= 0.0) | (weight >= 1.0)
-    return jnp.where(clipped, jax.lax.stop_gradient(jnp.clip(weight, 0.0, 1.0)), weight), clipped
+    xp = namespace_of(weight)
+    return xp.where(clipped, frozen(xp.clip(weight, 0.0, 1.0)), weight), clipped

@@ -1,7 +1,8 @@
 """Shear stress of the wire: Eqs. 2.29 to 2.33 and 3.3."""
 
-import jax.numpy as jnp
 from jaxtyping import Array
+
+from ..numerics.safe import namespace_of
 
 
 def shear_modulus(xi0: Array, G_m: Array, G_a: Array) -> Array:
@@ -43,7 +44,8 @@ def shear_stress_on(
         loading: true on the detwinning curve, false on the elastic line through `gamma_R`.
         gamma, modulus, detwinning, gamma_R: same as for `shear_stress`.
     """
-    return modulus * gamma - jnp.where(loading, detwinning, modulus * gamma_R)
+    xp = namespace_of(loading, gamma, modulus, detwinning, gamma_R)
+    return modulus * gamma - xp.where(loading, detwinning, modulus * gamma_R)
 
 
 def on_detwinning_branch(modulus: Array, detwinning: Array, gamma_R: Array) -> Array:

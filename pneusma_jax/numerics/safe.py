@@ -27,17 +27,19 @@ def chord_power(base: Array, exponent: Array, knee: float = 1e-6) -> Array:
     For an exponent below 1 the power has an infinite slope at 0; the chord's slope is finite. A negative
     base counts as 0.
     """
-    base = jnp.maximum(base, 0.0)
+    xp = namespace_of(base, exponent)
+    base = xp.maximum(base, 0.0)
     small = base < knee
-    safe = jnp.where(small, knee, base)
-    return jnp.where(small, base * knee ** (exponent - 1.0), safe**exponent)
+    safe = xp.where(small, knee, base)
+    return xp.where(small, base * knee ** (exponent - 1.0), safe**exponent)
 
 
 def unit_power(base: Array, exponent: Array) -> Array:
     """`base**exponent` for base in [0, 1], with zero value and zero slope at a base of exactly 0."""
+    xp = namespace_of(base, exponent)
     positive = base > 0.0
-    safe = jnp.where(positive, base, 1.0)
-    return jnp.where(positive, safe**exponent, 0.0)
+    safe = xp.where(positive, base, 1.0)
+    return xp.where(positive, safe**exponent, 0.0)
 
 
 def complement_power(base: Array, exponent: Array) -> Array:
@@ -46,15 +48,17 @@ def complement_power(base: Array, exponent: Array) -> Array:
     An exponent below 1 has an infinite slope at a base of 1; the slope here ends at that of a remainder of
     `TINY`.
     """
+    xp = namespace_of(base, exponent)
     remainder = 1.0 - base
-    return base - remainder * jnp.expm1((exponent - 1.0) * jnp.log(jnp.maximum(remainder, TINY)))
+    return base - remainder * xp.expm1((exponent - 1.0) * xp.log(xp.maximum(remainder, TINY)))
 
 
 def safe_divide(numerator: Array, denominator: Array, floor: float) -> Array:
     """Quotient whose denominator keeps its sign but never comes closer to zero than `floor`."""
-    sign = jnp.where(denominator < 0.0, -1.0, 1.0)
-    close = jnp.abs(denominator) < floor
-    return numerator / jnp.where(close, sign * floor, denominator)
+    xp = namespace_of(denominator)
+    sign = xp.where(denominator < 0.0, -1.0, 1.0)
+    close = xp.abs(denominator) < floor
+    return numerator / xp.where(close, sign * floor, denominator)
 
 
 def safe_norm(vector: Array, axis: int = -1) -> Array:
@@ -67,7 +71,7 @@ def safe_norm(vector: Array, axis: int = -1) -> Array:
 
 def smoothstep(u: Array) -> Array:
     """Quintic step: 0 below 0, 1 above 1, with two continuous derivatives."""
-    u = jnp.clip(u, 0.0, 1.0)
+    u = namespace_of(u).clip(u, 0.0, 1.0)
     return u**3 * (10.0 - 15.0 * u + 6.0 * u**2)
 
 
@@ -114,8 +118,17 @@ def is_concrete(*values: object) -> bool:
 
 
 def namespace_of(*arrays: Any) -> ModuleType:
-    """`numpy` if all are NumPy arrays or scalars, `jax.numpy` otherwise."""
-    return np if all(isinstance(array, np.ndarray | np.generic) for array in arrays) else jnp
+    """`numpy` if all are NumPy arrays and Python's numbers, at least one the former; else `jax.numpy`.
+
+    A law that computes with it compiles nothing where its numbers are NumPy's.
+    """
+    found = False
+    for array in arrays:
+        if isinstance(array, np.ndarray | np.generic):
+            found = True
+        elif not isinstance(array, int | float):
+            return jnp
+    return np if found else jnp
 
 
 M = TypeVar("M", bound=eqx.Module)

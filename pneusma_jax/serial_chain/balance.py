@@ -33,7 +33,7 @@ from ..actuator.loads import HeldLoad
 from ..actuator.result import Equilibrium, Status, equilibrium_of, solved
 from ..actuator.root_find import BALANCED
 from ..nitinol import MartensiteFraction
-from ..numerics.safe import frozen
+from ..numerics.safe import as_array, frozen
 from .loads import ChainLoad, generalised_forces
 
 CONVERGED_STEP = 1e-10
@@ -283,19 +283,20 @@ def rest_of(problem: ChainProblem) -> tuple[ChainProblem, Float[Array, "unknowns
 
     None where a spring's phase is not given, so that its state at rest is unknown.
     """
+    none = lambda x: as_array(np.zeros(jnp.shape(x)))  # noqa: E731
     parts = []
     for part in problem.parts:
         drives = [drive for drive in part.activations if isinstance(drive, MartensiteFraction)]
         if len(drives) != len(part.activations):
             return None
-        cold = tuple(MartensiteFraction(jnp.ones_like(drive.value)) for drive in drives)
-        parts.append(dataclasses.replace(part, pressure=jnp.zeros_like(part.pressure), activations=cold))
+        cold = tuple(MartensiteFraction(np.ones(jnp.shape(drive.value))) for drive in drives)
+        parts.append(dataclasses.replace(part, pressure=none(part.pressure), activations=cold))
     sizes = [
         part.actuator.freedoms * len(members)
         for part, members in zip(problem.parts, problem.members, strict=True)
     ]
-    rest = dataclasses.replace(problem, parts=tuple(parts), share=jnp.zeros_like(problem.share))
-    return rest, jnp.zeros(sum(sizes))
+    rest = dataclasses.replace(problem, parts=tuple(parts), share=none(problem.share))
+    return rest, as_array(np.zeros(sum(sizes)))
 
 
 def chain_root(rest: ChainProblem, problem: ChainProblem, guess: Float[Array, "unknowns"]) -> ChainRoot:

@@ -4,6 +4,9 @@ from collections.abc import Callable, Sequence
 
 import jax
 import jax.numpy as jnp
+import numpy as np
+
+from ..numerics.safe import as_array, is_concrete
 
 
 def groups_of_equal_structure(rows: list[tuple]) -> list[list[int]]:
@@ -17,7 +20,9 @@ def groups_of_equal_structure(rows: list[tuple]) -> list[list[int]]:
 
 def stack_rows(rows: list[tuple], members: Sequence[int]) -> tuple:
     """Some rows along a leading axis."""
-    return jax.tree.map(lambda *leaves: jnp.stack(leaves), *(rows[k] for k in members))
+    chosen = [rows[k] for k in members]
+    stack = (lambda leaves: as_array(np.stack(leaves))) if is_concrete(chosen) else jnp.stack
+    return jax.tree.map(lambda *leaves: stack(leaves), *chosen)
 
 
 def by_segment(results: Sequence, members: Sequence[Sequence[int]]) -> list:

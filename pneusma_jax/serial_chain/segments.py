@@ -15,7 +15,7 @@ from jaxtyping import Array, Float
 
 from ..actuator import Actuator
 from ..actuator.result import Equilibrium, solved
-from ..numerics.safe import is_concrete
+from ..numerics.safe import as_array, is_concrete
 from ..section import Section
 from ..simulate.history import History
 from .loads import ChainLoad, own_loads
@@ -149,8 +149,13 @@ def chain_of(
         raise ValueError(
             "Argument `count` must be left out where one actuator per segment is given, but it is not."
         )
-    spread = lambda x, n: jnp.broadcast_to(x, (n,)) if jnp.ndim(x) == 0 else x  # noqa: E731
-    angles, connectors = jnp.asarray(angles, dtype=float), jnp.asarray(connectors, dtype=float)
+    def spread(x: Array, n: int) -> Array:
+        if is_concrete(x):
+            x = np.asarray(x, dtype=float)
+            return as_array(np.broadcast_to(x, (n,)) if x.ndim == 0 else x)
+        x = jnp.asarray(x, dtype=float)
+        return jnp.broadcast_to(x, (n,)) if x.ndim == 0 else x
+
     return SegmentChain(
         tuple(segments), spread(angles, len(segments)), spread(connectors, max(len(segments) - 1, 0))
     )

@@ -6,6 +6,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from ..numerics.safe import safe_norm
+from ..program_cache import stored_jit
 from .clearance import Clearance, Pieces, chain_clearance
 from .kinematics import arc_frame, arc_points, compose, rotate_in_section, shift_along, side_points, transform
 
@@ -45,7 +46,7 @@ class ChainShape(eqx.Module):
         """The shape in one row of a history."""
         return jax.tree.map(lambda leaf: leaf[index], self)
 
-    @eqx.filter_jit
+    @stored_jit()
     def line(
         self, segment: int, place: Array = (0.0, 0.0), points: int = 25
     ) -> Float[Array, "*rows points 3"]:
@@ -65,7 +66,7 @@ class ChainShape(eqx.Module):
         )
         return transform(self.frames[..., segment, None, :, :], arc)
 
-    @eqx.filter_jit
+    @stored_jit()
     def polyline(self, points: int = 25) -> Float[Array, "*rows m 3"]:
         """The centre line from base to tip, `points` on every segment and straight between them [m]."""
         share = jnp.linspace(0.0, 1.0, points)
@@ -83,7 +84,7 @@ class ChainShape(eqx.Module):
         return find(pieces)
 
 
-@eqx.filter_jit
+@stored_jit(ChainShape)
 def place_segments(
     bends: Float[Array, "*rows n 2"],
     lengths: Float[Array, "*rows n"],

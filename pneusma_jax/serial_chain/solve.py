@@ -11,6 +11,7 @@ from collections.abc import Sequence
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Float
 
 from ..actuator import Actuator
@@ -20,7 +21,7 @@ from ..actuator.result import Equilibrium, Status, Validity, raise_unless_conver
 from ..nitinol import MartensiteFraction, Resistance, SpringResponse, SpringState
 from ..nitinol.spring import Activation
 from ..nitinol.thermal import Heating
-from ..numerics.safe import is_concrete, warn_of_pressure
+from ..numerics.safe import as_array, is_concrete, warn_of_pressure
 from ..precision import require_float64
 from ..program_cache import stored_jit
 from ..simulate.course import check_course
@@ -68,6 +69,18 @@ def solve_chain(
     if chain.loaded:
         found = _solve_loaded(chain, jnp.asarray(pressure, dtype=float), rows)
         return _raise_for_chain(found) if throw else found
+    together = len(groups_of_equal_structure(rows)) < len(rows) and is_concrete(chain, pressure, rows)
+    if not together:
+        return _each(chain, pressure, rows, throw)
+    found = _each_together(chain, as_array(pressure), rows, False)
+    if throw:
+        for k, result in enumerate(found.segments, 1):
+            _raise_for_segment(k, result)
+    return found
+
+
+def _each(chain: SegmentChain, pressure: Array, rows: list[tuple], throw: bool) -> ChainEquilibrium:
+    """Equilibrium of every segment by itself, and the shape of the chain."""
     results = map_by_structure(
         lambda body, drive, memory: solve(body, pressure, drive, memory, throw=False), rows
     )
@@ -76,6 +89,9 @@ def solve_chain(
     bends = jnp.stack([result.bend for result in results])
     lengths = jnp.stack([result.length for result in results])
     return ChainEquilibrium(tuple(results), chain_shape(chain, bends, lengths))
+
+
+_each_together = stored_jit(ChainEquilibrium, ChainShape, Equilibrium, Validity, SpringResponse)(_each)
 
 
 def _without_loads(chain: SegmentChain) -> list[Actuator]:
@@ -88,8 +104,11 @@ def _solve_loaded(chain: SegmentChain, pressure: Array, rows: list[tuple]) -> Ch
     require_float64()
     members = tuple(tuple(group) for group in groups_of_equal_structure(rows))
     stacked = tuple(stack_rows(rows, group) for group in members)
+    spread = (lambda n: as_array(np.full(n, pressure))) if is_concrete(pressure) else (
+        lambda n: jnp.broadcast_to(pressure, (n,))
+    )  # fmt: skip
     parts = tuple(
-        Problem(body, jnp.broadcast_to(pressure, (len(m),)), drive, memory)
+        Problem(body, spread(len(m)), drive, memory)
         for m, (body, drive, memory) in zip(members, stacked, strict=True)
     )
     problem = joined(chain, parts, members)
@@ -121,11 +140,16 @@ def _joint(chain: SegmentChain, problem: ChainProblem, begin: tuple[ChainProblem
     return ChainEquilibrium(tuple(results), chain_shape(chain, bends, lengths), root.stable & root.found)
 
 
+def _with_tip(connectors: Array) -> Array:
+    """Lengths of the connectors, and none after the last segment."""
+    return as_array(np.append(connectors, 0.0)) if is_concrete(connectors) else jnp.append(connectors, 0.0)
+
+
 def joined(
     chain: SegmentChain, parts: tuple[Problem, ...], members: tuple[tuple[int, ...], ...]
 ) -> ChainProblem:
     """The chain's balance: stacked segments under all its loads."""
-    return ChainProblem(parts, members, chain.angles, jnp.append(chain.connectors, 0.0), chain.all_loads)
+    return ChainProblem(parts, members, chain.angles, _with_tip(chain.connectors), chain.all_loads)
 
 
 def simulate_chain_history(

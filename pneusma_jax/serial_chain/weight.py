@@ -2,12 +2,14 @@
 
 from collections.abc import Sequence
 
+import jax
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Float
 
 from ..actuator import Actuator
 from ..actuator.weight import mass_of
-from ..numerics.safe import safe_divide
+from ..numerics.safe import as_array, is_concrete, safe_divide
 from .loads import ChainWeight
 
 
@@ -37,20 +39,25 @@ def chain_weight(
             connector.
     """
     count = len(segments)
-    densities = jnp.broadcast_to(jnp.asarray(silicone_density, dtype=float), (count,))
+    known = is_concrete(
+        segments, silicone_density, acceleration, tip_mass, tip_place, connectors, connector_mass
+    )
+    xp = np if known else jnp
+    densities = xp.broadcast_to(xp.asarray(silicone_density, dtype=float), (count,))
     weighed = [mass_of(body, densities[k]) for k, body in enumerate(segments)]
     tip_place = segments[-1].section.enclosed_centroid if tip_place is None else tip_place
-    gaps = jnp.broadcast_to(jnp.asarray(connectors, dtype=float), (count - 1,))
-    joints = jnp.broadcast_to(jnp.asarray(connector_mass, dtype=float), (count - 1,))
-    ahead = jnp.stack([jnp.zeros(count - 1), jnp.zeros(count - 1), 0.5 * gaps], axis=-1)
-    at_tip = jnp.concatenate([jnp.asarray(tip_place, dtype=float), jnp.zeros(1)])
-    return ChainWeight(
-        acceleration=jnp.asarray(acceleration, dtype=float),
-        masses=jnp.stack([jnp.asarray(mass) for mass, _ in weighed]),
-        places=jnp.stack([jnp.asarray(place) for _, place in weighed]),
-        end_masses=jnp.append(joints, tip_mass),
-        end_places=jnp.concatenate([ahead, at_tip[None]]),
+    gaps = xp.broadcast_to(xp.asarray(connectors, dtype=float), (count - 1,))
+    joints = xp.broadcast_to(xp.asarray(connector_mass, dtype=float), (count - 1,))
+    ahead = xp.stack([xp.zeros(count - 1), xp.zeros(count - 1), 0.5 * gaps], axis=-1)
+    at_tip = xp.concatenate([xp.asarray(tip_place, dtype=float), xp.zeros(1)])
+    found = ChainWeight(
+        acceleration=xp.asarray(acceleration, dtype=float),
+        masses=xp.stack([xp.asarray(mass) for mass, _ in weighed]),
+        places=xp.stack([xp.asarray(place) for _, place in weighed]),
+        end_masses=xp.append(joints, tip_mass),
+        end_places=xp.concatenate([ahead, at_tip[None]]),
     )
+    return jax.tree.map(as_array, found)
 
 
 def with_bodies(weight: ChainWeight, masses: Float[Array, "n"], places: Float[Array, "n 2"]) -> ChainWeight:

@@ -4,7 +4,7 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array
 
-from ..numerics.safe import as_array
+from ..numerics.safe import as_array, namespace_of
 
 
 def polynomial_stress(strain: Array, coefficients: Array) -> Array:
@@ -14,12 +14,13 @@ def polynomial_stress(strain: Array, coefficients: Array) -> Array:
         strain: engineering strain [1], any shape.
         coefficients: coefficients, highest power first, as in Table 3.1 [Pa], shape (n + 1,).
     """
-    return jnp.polyval(coefficients, strain)
+    return namespace_of(strain, coefficients).polyval(coefficients, strain)
 
 
 def polynomial_slope(strain: Array, coefficients: Array) -> Array:
     """Derivative of `polynomial_stress` over strain [Pa]."""
-    return jnp.polyval(jnp.polyder(coefficients), strain)
+    xp = namespace_of(strain, coefficients)
+    return xp.polyval(xp.polyder(coefficients), strain)
 
 
 class PolynomialFit(eqx.Module):

@@ -10,7 +10,7 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array
 
-from ..numerics.safe import as_array, smoothstep
+from ..numerics.safe import as_array, namespace_of, smoothstep
 from .laws import SiliconeLaw
 from .polynomial import polynomial_slope, polynomial_stress
 
@@ -19,11 +19,12 @@ def continued_polynomial(
     strain: Array, coefficients: Array, lower: Array, upper: Array, least_slope: Array
 ) -> Array:
     """Polynomial inside [lower, upper], a straight line of at least `least_slope` outside [Pa]."""
-    inside = jnp.clip(strain, lower, upper)
-    end_slope = jnp.where(
+    xp = namespace_of(strain, coefficients, lower, upper, least_slope)
+    inside = xp.clip(strain, lower, upper)
+    end_slope = xp.where(
         strain > upper, polynomial_slope(upper, coefficients), polynomial_slope(lower, coefficients)
     )
-    return polynomial_stress(inside, coefficients) + jnp.maximum(end_slope, least_slope) * (strain - inside)
+    return polynomial_stress(inside, coefficients) + xp.maximum(end_slope, least_slope) * (strain - inside)
 
 
 def regularised_stress(
@@ -46,7 +47,8 @@ def regularised_stress(
         least_slope: smallest slope of those lines [Pa].
     """
     def stress(coefficients: Array) -> Array:
-        without_constant = jnp.concatenate([coefficients[:-1], jnp.zeros(1, coefficients.dtype)])
+        xp = namespace_of(coefficients)
+        without_constant = xp.concatenate([coefficients[:-1], xp.zeros(1, coefficients.dtype)])
         return continued_polynomial(strain, without_constant, lower, upper, least_slope)
 
     weight = smoothstep((strain + half_width) / (2.0 * half_width))

@@ -1,6 +1,7 @@
 """The specimens of the statements, and the simulations that several statements share.
 
-Everything is computed on first use and stored, so that one statement costs no more than it needs.
+Everything is computed on first use and stored, so that one statement costs no more than it needs. Laws have
+NumPy's numbers: their curves are computed without compiling anything.
 """
 
 from collections.abc import Callable
@@ -10,6 +11,7 @@ import numpy as np
 
 import pneusma_jax as pj
 from fitting.simulate.workspace import Workspace, compute_workspace
+from pneusma_jax.numerics.safe import as_numpy
 
 ALLOYS = ("krl35", "krl45")
 PRESTRAIN = (
@@ -56,8 +58,9 @@ class Bench:
         unknown = sorted(set(alloys or ()) - set(ALLOYS))
         if unknown:
             raise ValueError(f"Argument `alloys` must name alloys of {ALLOYS}, but it has {unknown}.")
-        self.alloys = {name: pj.load_alloy(name) for name in ALLOYS} | (alloys or {})
-        self.silicone = pj.load_silicone() if silicone is None else silicone
+        alloys = {name: pj.load_alloy(name) for name in ALLOYS} | (alloys or {})
+        self.alloys = {name: as_numpy(alloy) for name, alloy in alloys.items()}
+        self.silicone = as_numpy(pj.load_silicone() if silicone is None else silicone)
         self._kept: dict[tuple, object] = {}
 
     def keep(self, key: tuple, compute: Callable[[], T]) -> T:

@@ -8,6 +8,7 @@ from matplotlib.figure import Figure
 
 import pneusma_jax as pj
 from fitting.report.figures import style
+from pneusma_jax.numerics.safe import as_numpy
 
 from .bench import PRESTRAIN, Bench
 from .entry import Entry
@@ -158,7 +159,7 @@ def draw_surface(bench: Bench) -> Figure:
 
 def draw_chapter_three(bench: Bench) -> Figure:
     """The 35 degC family in stress, and as the pull of the actuators' spring."""
-    alloy, spring = bench.alloys["krl35"], bench.actuator("pneusma1").springs[0]
+    alloy, spring = bench.alloys["krl35"], as_numpy(bench.actuator("pneusma1").springs[0])
     with style():
         figure = Figure(figsize=(11.0, 4.6), layout="constrained")
         left, right = figure.subplots(1, 2)

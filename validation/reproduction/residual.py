@@ -1,6 +1,7 @@
 """Figures 3.4 to 3.7: residual strain after pre-strain, its recovery by heating, and its persistence on
 cooling."""
 
+import jax
 import numpy as np
 from matplotlib import colormaps
 from matplotlib.axes import Axes
@@ -9,6 +10,8 @@ from matplotlib.figure import Figure
 import pneusma_jax as pj
 from fitting.report.figures import BLACK, BLUE, GREY, ORANGE, VERMILION, style
 from pneusma_jax.nitinol.residual_strain import residual_strain_limit
+from pneusma_jax.numerics.safe import as_numpy
+from pneusma_jax.program_cache import stored_jit
 
 from .bench import PRESTRAIN, Bench
 from .entry import Entry
@@ -22,16 +25,23 @@ STRAINS = np.linspace(0.0, PRESTRAIN, 400)
 
 def fresh(prestrain: float = PRESTRAIN) -> pj.SpringState:
     """A spring stretched cold to a shear strain and not heated since."""
-    return pj.SpringState.fresh(prestrain)
+    return as_numpy(pj.SpringState.fresh(prestrain))
 
 
 def heated_and_cooled(alloy: pj.Alloy, heated: float = HEATED) -> pj.SpringState:
     """Memory of the actuators' spring after heating and cooling, unloaded."""
-    state = fresh()
-    for xi0 in (*np.linspace(1.0, heated, 7), *np.linspace(heated, 1.0, 7)):
-        gamma = alloy.residual_strain(pj.SpringState(state.prestrain, np.minimum(state.xi_min, xi0)), xi0)
-        state = alloy.remember(state, gamma, xi0)
-    return state
+    course = np.concatenate([np.linspace(1.0, heated, 7), np.linspace(heated, 1.0, 7)])
+    return as_numpy(_through(alloy, fresh(), course))
+
+
+@stored_jit(pj.SpringState)
+def _through(alloy: pj.Alloy, state: pj.SpringState, course: jax.Array) -> pj.SpringState:
+    """Memory after a course of martensite fractions, each at the residual strain that it leaves."""
+
+    def step(state: pj.SpringState, xi0: jax.Array) -> tuple[pj.SpringState, None]:
+        return alloy.remember(state, alloy.residual_strain(state, xi0), xi0), None
+
+    return jax.lax.scan(step, state, course)[0]
 
 
 def stress_curve(alloy: pj.Alloy, xi0: float, state: pj.SpringState) -> np.ndarray:

@@ -5,6 +5,7 @@ from matplotlib.figure import Figure
 
 import pneusma_jax as pj
 from fitting.report.figures import BLACK, BLUE, GREEN, ORANGE, SKY, VERMILION, style
+from pneusma_jax.numerics.safe import as_numpy
 
 from .bench import Bench
 from .entry import Entry
@@ -22,7 +23,7 @@ TESTS = {
 
 def stress_in(name: str, strain: np.ndarray) -> np.ndarray:
     """A fit of Table 3.1 as printed [kPa]."""
-    return 1e-3 * np.asarray(pj.load_silicone_test(name)(strain))
+    return 1e-3 * np.asarray(as_numpy(pj.load_silicone_test(name))(np.asarray(strain)))
 
 
 def _tube_against_coupon(bench: Bench) -> Found:

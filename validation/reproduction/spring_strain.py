@@ -6,6 +6,7 @@ from matplotlib.figure import Figure
 import pneusma_jax as pj
 from fitting.report.figures import BLUE, GREEN, ORANGE, style
 from pneusma_jax.nitinol.geometry import POISSON_RATIO, shear_strain, spring_force, spring_strain
+from pneusma_jax.program_cache import stored_jit
 
 from .bench import PRESTRAIN, Bench
 from .entry import Entry
@@ -18,20 +19,23 @@ ATTACHED = 3.0  # Spring strain on the actuator: 14 mm stretched to 56 mm (Secti
 LONGEST = 5.75  # Maximum spring strain of the tests (Section 2.4.2)
 
 
-def wire_strain(spring_strain: np.ndarray, mandrel: float = MANDREL, pitch: float = PITCH) -> np.ndarray:
+def wire_strain(
+    spring_strain: np.ndarray | float, mandrel: float = MANDREL, pitch: np.ndarray | float = PITCH
+) -> np.ndarray:
     """Shear strain of the source's spring at spring strains [1]."""
-    return np.asarray(shear_strain(spring_strain, pitch, mandrel + WIRE, WIRE, POISSON_RATIO))
+    return np.asarray(shear_strain(np.asarray(spring_strain), pitch, mandrel + WIRE, WIRE, POISSON_RATIO))
 
 
 def _spring_strain_of(gamma: float) -> float:
     """Spring strain at which the wire is sheared by gamma [1]."""
-    return float(spring_strain(gamma, PITCH, MANDREL + WIRE, WIRE, POISSON_RATIO))
+    found = stored_jit()(spring_strain)(np.asarray(gamma), PITCH, MANDREL + WIRE, WIRE, POISSON_RATIO)
+    return float(found)
 
 
 def _pitch_of(gamma: float, spring_strain: float) -> float:
     """Initial pitch with which a spring strain shears the wire by gamma [mm]."""
     pitch = np.linspace(0.2e-3, 0.35e-3, 601)
-    return 1e3 * float(np.interp(gamma, [float(wire_strain(spring_strain, pitch=p)) for p in pitch], pitch))
+    return 1e3 * float(np.interp(gamma, wire_strain(spring_strain, pitch=pitch), pitch))
 
 
 def _resistance(bench: Bench, name: str, hot: bool) -> float:

@@ -7,6 +7,7 @@ from matplotlib.figure import Figure
 
 import pneusma_jax as pj
 from fitting.report.figures import BLACK, BLUE, GREY, ORANGE, style
+from pneusma_jax.numerics.safe import as_numpy
 
 from .bench import PRESTRAIN, Bench, listed
 from .entry import Entry
@@ -34,7 +35,7 @@ def cycles() -> np.ndarray:
 def on_stand(alloy: pj.Alloy) -> pj.Spring:
     """A test spring with as many coils as the actuators' springs have; no strain depends on their number."""
     dimensions = pj.SpringGeometry(WIRE, MANDREL, PITCH, COILS, COILS * PITCH)
-    return pj.Spring(dimensions, alloy, dimensions.free_length)
+    return as_numpy(pj.Spring(dimensions, alloy, dimensions.free_length))
 
 
 def stretched(bench: Bench, name: str, setpoint: float | None) -> tuple[pj.SpringHistory, np.ndarray]:
@@ -94,7 +95,7 @@ def _left_to_fall(bench: Bench) -> Found:
 def _residual(bench: Bench, name: str) -> np.ndarray:
     """Residual strain after the last cycle, at each setpoint from cold to hot [1]."""
     return np.asarray(
-        [float(stretched(bench, name, s)[0].rows.gamma_R[-1]) for s in setpoints(bench.alloys[name])]
+        [np.asarray(stretched(bench, name, s)[0].rows.gamma_R)[-1] for s in setpoints(bench.alloys[name])]
     )
 
 
