@@ -4,14 +4,13 @@ import dataclasses
 from pathlib import Path
 
 import equinox as eqx
-import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool
 
 from ..calibration import Calibration, load_calibration
 from ..numerics.safe import as_array, as_numpy, is_concrete, namespace_of
 from . import detwinning, residual_strain, resistivity, stress
-from .residual_strain import SpringState, hottest
+from .residual_strain import SpringState, hotter_of, hottest
 from .resistivity import PhaseReading
 
 
@@ -204,8 +203,9 @@ class Alloy(eqx.Module):
         self, state: SpringState, gamma: Array, xi0: Array, margin: Array | float = 0.0
     ) -> Bool[Array, "..."]:
         """True where a row renews the memory; arguments as for `remember`."""
-        heated = SpringState(state.prestrain, hottest(state, xi0))
-        gamma_R = self.residual_strain(heated, xi0)
+        xi_min = hotter_of(hottest(state, xi0), xi0)
+        limit = self.residual_strain_limit(state.prestrain)
+        gamma_R = residual_strain.residual_strain(limit, xi_min, self.gR_decay)
         threshold = (1.0 + margin) * gamma_R
         detwinning = self.detwinning_stress(gamma, xi0)
         loading = stress.on_detwinning_branch(self.modulus(xi0), detwinning, threshold)

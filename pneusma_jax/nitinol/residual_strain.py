@@ -74,5 +74,13 @@ def hottest(state: SpringState, xi0: Array) -> Array:
     At a tie the present one is taken. A spring that is as hot as ever follows the next heating in full. So
     the derivative is 1, not one half as in `jnp.minimum`.
     """
-    hotter = xi0 <= state.xi_min if state.decided is None else state.decided.hotter
-    return namespace_of(hotter, xi0, state.xi_min).where(hotter, xi0, state.xi_min)
+    if state.decided is None:
+        return hotter_of(state.xi_min, xi0)
+    return namespace_of(state.decided.hotter, xi0, state.xi_min).where(
+        state.decided.hotter, xi0, state.xi_min
+    )
+
+
+def hotter_of(xi_min: Array, xi0: Array) -> Array:
+    """The smaller of two martensite fractions, the second at a tie [1]."""
+    return namespace_of(xi_min, xi0).where(xi0 <= xi_min, xi0, xi_min)

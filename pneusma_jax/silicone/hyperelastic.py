@@ -3,8 +3,9 @@
 Every law is written for the deviatoric uniaxial path `lambda_2 = lambda_3 = lambda^(-1/2)`.
 """
 
-import jax.numpy as jnp
 from jaxtyping import Array
+
+from ..numerics.safe import namespace_of
 
 GENT_LIMIT = 0.999  # Maximum of (I1 - 3) / J_m, beyond which the tangent replaces the pole
 
@@ -48,9 +49,10 @@ def gent_stress(stretch: Array, mu: Array, j_m: Array) -> Array:
     """
     used = (first_invariant(stretch) - 3.0) / j_m
     past = used > GENT_LIMIT
-    inside = 1.0 / (1.0 - jnp.where(past, 0.0, used))
+    xp = namespace_of(used)
+    inside = 1.0 / (1.0 - xp.where(past, 0.0, used))
     edge = 1.0 / (1.0 - GENT_LIMIT)
-    amplification = jnp.where(past, edge + edge**2 * (used - GENT_LIMIT), inside)
+    amplification = xp.where(past, edge + edge**2 * (used - GENT_LIMIT), inside)
     return mu * amplification * (stretch - stretch**-2)
 
 
@@ -65,6 +67,6 @@ def ogden_stress(stretch: Array, mu: Array, alpha: Array) -> Array:
         mu: moduli [Pa], shape (terms,).
         alpha: exponents [1], shape (terms,).
     """
-    stretch = jnp.asarray(stretch)[..., None]
-    mu, alpha = jnp.asarray(mu), jnp.asarray(alpha)
-    return jnp.sum(mu * (stretch ** (alpha - 1.0) - stretch ** (-0.5 * alpha - 1.0)), axis=-1)
+    xp = namespace_of(stretch, mu, alpha)
+    stretch, mu, alpha = xp.asarray(stretch)[..., None], xp.asarray(mu), xp.asarray(alpha)
+    return xp.sum(mu * (stretch ** (alpha - 1.0) - stretch ** (-0.5 * alpha - 1.0)), axis=-1)

@@ -84,6 +84,12 @@ def _curvatures(
     return jax.vmap(jax.jacfwd(curvature, has_aux=True))(rows)
 
 
+@stored_jit()
+def _slope_over_pressure(body: pj.Actuator, pressure: jax.Array) -> jax.Array:
+    """Derivative of the curvature over pressure [1/(m Pa)]."""
+    return jax.grad(lambda p: pj.solve(body, p, throw=False).curvature)(pressure)
+
+
 def _with(module: eqx.Module, names: tuple[str, ...], values: list) -> eqx.Module:
     """A module with some of its constants replaced."""
     return eqx.tree_at(lambda m: [getattr(m, name) for name in names], module, values)
@@ -92,7 +98,7 @@ def _with(module: eqx.Module, names: tuple[str, ...], values: list) -> eqx.Modul
 def claims() -> Iterator[Claim]:
     """All claims about derivatives and precision."""
     group = "derivatives"
-    yield Claim("precision", "bits of a number", lambda: (jnp.zeros(()).dtype.itemsize * 8, 64))
+    yield Claim("precision", "bits of a number", lambda: (jnp.result_type(float).itemsize * 8, 64))
     for index, name in enumerate(POINT):
         yield Claim(
             group,
@@ -103,8 +109,8 @@ def claims() -> Iterator[Claim]:
 
     def closed_form() -> tuple:
         radius, length, modulus, pressure = 5e-3, 56e-3, 2e5, 20e3
-        body = pj.round_actuator(pj.layout("pneuflex_s"), pj.Geometry(), None, Linear(jnp.asarray(modulus)))
-        slope = jax.grad(lambda p: pj.solve(body, p, throw=False).curvature)(jnp.asarray(pressure))
+        body = pj.round_actuator(pj.layout("pneuflex_s"), pj.Geometry(), None, Linear(np.asarray(modulus)))
+        slope = _slope_over_pressure(body, np.asarray(pressure))
         # theta = c P, kappa = theta / (L + R theta)
         c = PUSHED * radius * length / (modulus * (INERTIA + AREA * radius**2))
         return slope, c * length / (length + radius * c * pressure) ** 2

@@ -1,13 +1,17 @@
-"""Claims about the nitinol spring: geometry, phases, resistivity, stress, memory."""
+"""Claims about the nitinol spring: geometry, phases, resistivity, stress, memory.
+
+Laws are evaluated in NumPy, which compiles nothing. One claim compares them with the compiled ones.
+"""
 
 import math
 from collections.abc import Iterator
 
 import jax
-import jax.numpy as jnp
+import numpy as np
 
 import pneusma_jax as pj
 from pneusma_jax.nitinol import detwinning, geometry
+from pneusma_jax.numerics.safe import as_numpy
 
 from .claims import Claim
 
@@ -28,7 +32,7 @@ def _geometry() -> Iterator[Claim]:
     yield Claim(
         group,
         "wire of 2 coils whose turn unrolls to the triangle 3, 4, 5 mm [m]",
-        lambda: (geometry.wire_length(2.0, 3e-3 / math.pi, 4e-3), 2 * 5e-3),
+        lambda: (geometry.wire_length(np.asarray(2.0), 3e-3 / math.pi, 4e-3), 2 * 5e-3),
     )
     yield Claim(
         group,
@@ -40,12 +44,12 @@ def _geometry() -> Iterator[Claim]:
         "stress of the force of a stress of 100 MPa [Pa]",
         lambda: (geometry.shear_stress_of_force(geometry.spring_force(1e8, D, WIRE), D, WIRE), 1e8),
     )
-    yield Claim(group, "shear strain at rest", lambda: (_shear(0.0), 0.0))
+    yield Claim(group, "shear strain at rest", lambda: (_shear(np.asarray(0.0)), 0.0))
     yield Claim(group, "slope of shear strain over spring strain at rest, by the chain rule", _slope_at_rest)
     yield Claim(group, "shear strain of coils opened from 30 to 45 degrees", _opened_to_45)
 
 
-def _shear(strain: float, pitch: float = PITCH) -> jax.Array:
+def _shear(strain: np.ndarray, pitch: float = PITCH) -> np.ndarray:
     return geometry.shear_strain(strain, pitch, D, WIRE, NU)
 
 
@@ -54,18 +58,18 @@ def _slope_at_rest() -> tuple:
     phi = math.atan(PITCH / (2.0 * D))
     opening = math.cos(phi) * math.sin(phi) * math.cos(phi)
     expected = opening / (D / WIRE * (math.cos(phi) ** 2 + math.sin(phi) ** 2 / (1.0 + NU)))
-    return jax.grad(_shear)(0.0), expected
+    return jax.jit(jax.grad(_shear))(0.0), expected
 
 
 def _opened_to_45() -> tuple:
     half, pitch = 0.5, 2.0 * D / math.sqrt(3.0)  # the printed helix: tan(phi) = p / (2 D)
     opening = 0.75 * (math.sqrt(half) - half)
     expected = opening / (D / WIRE * half * (half + half / (1.0 + NU)))
-    return _shear(math.sqrt(3.0) - 1.0, pitch), expected
+    return _shear(np.asarray(math.sqrt(3.0) - 1.0), pitch), expected
 
 
 def _phases(name: str) -> Iterator[Claim]:
-    group, alloy = f"phases of {name}", pj.load_alloy(name)
+    group, alloy = f"phases of {name}", as_numpy(pj.load_alloy(name))
     a = jax.tree.map(float, alloy)
     middle = -a.beta_2 / a.beta_1
     yield Claim(
@@ -82,7 +86,7 @@ def _phases(name: str) -> Iterator[Claim]:
     yield Claim(
         group,
         "algebraic sigmoid of sharpness 2 at 1: (1 + 1/sqrt 2) / 2",
-        lambda: (detwinning.algebraic_sigmoid(1.0, 1.0, 0.0, 2.0), 0.5 + math.sqrt(0.125)),
+        lambda: (detwinning.algebraic_sigmoid(np.asarray(1.0), 1.0, 0.0, 2.0), 0.5 + math.sqrt(0.125)),
     )
     yield Claim(
         group,
@@ -110,15 +114,16 @@ def _phases(name: str) -> Iterator[Claim]:
 
 
 def _stress(name: str) -> Iterator[Claim]:
-    group, alloy = f"stress of {name}", pj.load_alloy(name)
+    group, alloy = f"stress of {name}", as_numpy(pj.load_alloy(name))
     a = jax.tree.map(float, alloy)
     gp = 0.1924
+    fresh = as_numpy(pj.SpringState.fresh(gp))
 
     def logistic(g: float) -> float:
         return (1.0 + math.exp(-a.beta_1 * g - a.beta_2)) ** -a.beta_3
 
-    def stress(gamma: float, xi0: float, gamma_R: float) -> jax.Array:
-        return alloy.shear_stress(jnp.asarray(gamma), jnp.asarray(xi0), jnp.asarray(gamma_R))
+    def stress(gamma: float, xi0: float, gamma_R: float) -> np.ndarray:
+        return alloy.shear_stress(*np.asarray([gamma, xi0, gamma_R]))
 
     yield Claim(
         group,
@@ -147,21 +152,42 @@ def _stress(name: str) -> Iterator[Claim]:
     yield Claim(
         group,
         "residual strain after heating to xi0 = 0.4, Eq. 3.2",
-        lambda: (alloy.residual_strain(pj.SpringState.fresh(gp), 0.4), bound * math.exp(-0.6 * a.gR_decay)),
+        lambda: (alloy.residual_strain(fresh, 0.4), bound * math.exp(-0.6 * a.gR_decay)),
         1e-10,
     )
 
+    def remembered(state: pj.SpringState, gamma: float, xi0: float) -> pj.SpringState:
+        return as_numpy(alloy.remember(as_numpy(state), *np.asarray([gamma, xi0])))
+
     def heated_and_cooled() -> tuple:
-        state = pj.SpringState.fresh(gp)
+        state = fresh
         for xi0 in (0.4, 1.0, 0.9):
-            state = alloy.remember(state, jnp.asarray(0.0), jnp.asarray(xi0))
+            state = remembered(state, 0.0, xi0)
         return alloy.residual_strain(state, 1.0), bound * math.exp(-0.6 * a.gR_decay)
 
     def stretched_again() -> tuple:
-        state = alloy.remember(pj.SpringState(gp, 0.4), jnp.asarray(0.08), jnp.asarray(1.0))
+        state = remembered(pj.SpringState(gp, 0.4), 0.08, 1.0)
         detwinned = a.gamma_L * logistic(0.08)
         limit = a.gR_amplitude * (1.0 + math.erf(a.gR_slope * 0.08 - a.gR_shift))
         return alloy.residual_strain(state, 1.0), min(limit, detwinned)
 
     yield Claim(group, "cooling alone does not bring residual strain back", heated_and_cooled, 1e-10)
     yield Claim(group, "stretching the cooled wire to 0.08 does, to Eq. 3.1 at 0.08", stretched_again, 1e-10)
+    yield Claim(
+        group,
+        "compiled laws against these, largest relative difference",
+        lambda: (max(map(_apart, _compiled(alloy, 0.08, 0.4), _laws(alloy, *np.asarray([0.08, 0.4])))), 0.0),
+    )
+
+
+def _laws(alloy: pj.Alloy, gamma: np.ndarray, xi0: np.ndarray) -> tuple[np.ndarray, ...]:
+    """Every law of an alloy at a shear strain and a fraction."""
+    rho, limit = alloy.resistivity(xi0, gamma), alloy.residual_strain_limit(gamma)
+    return rho, limit, alloy.martensite_fraction(rho, gamma).xi0, alloy.shear_stress(gamma, xi0, 0.1 * limit)
+
+
+_compiled = jax.jit(_laws)
+
+
+def _apart(value: jax.Array, expected: np.ndarray) -> float:
+    return abs(float(value) / float(expected) - 1.0)
