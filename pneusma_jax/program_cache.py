@@ -114,6 +114,7 @@ class _Cached:
         folder = jax.config.jax_compilation_cache_dir  # type: ignore[attr-defined]
         if not _at_home(leaves) or any(isinstance(leaf, jax.core.Tracer) for leaf in leaves):
             return self._plain(*arguments)
+        leaves = [_typed_fully(leaf) for leaf in leaves]
         key = (folder, jax.config.jax_enable_x64, structure, *map(_form, leaves))  # type: ignore[attr-defined]
         if key in self._ready:
             return self._ready[key](*leaves)
@@ -233,6 +234,17 @@ def _form(leaf: Any) -> Any:
     weak = isinstance(leaf, jax.Array) and getattr(leaf, "weak_type", True)  # a key has none
     plain = isinstance(leaf, np.ndarray | jax.Array) and not weak
     return (leaf.dtype, leaf.shape) if plain else jax.typeof(leaf)
+
+
+def _typed_fully(leaf: Any) -> Any:
+    """A number without JAX's weak type. A stored program does not depend on it, but it would be loaded anew
+    for every combination of such numbers."""
+    weak = leaf.weak_type if isinstance(leaf, jax.Array) and hasattr(leaf, "weak_type") else _is_number(leaf)
+    return np.asarray(leaf) if weak else leaf
+
+
+def _is_number(leaf: Any) -> bool:
+    return isinstance(leaf, bool | int | float)
 
 
 def _called(function: Callable, rest: Any, kinds: dict[str, type], arrays: Any) -> Any:

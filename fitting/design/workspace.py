@@ -9,6 +9,7 @@ from jaxtyping import Array
 import pneusma_jax as pj
 from pneusma_jax.calibration import Calibration
 from pneusma_jax.errors import InputError
+from pneusma_jax.numerics.safe import namespace_of
 
 from .bodies import Body, Solved, solve_states
 from .study import Sweep
@@ -79,4 +80,5 @@ def finer_area(body: Body, table: Calibration, sweep: Sweep) -> float:
 def enclosed_area(tips: Array) -> Array:
     """Area of a polygon of tips [m2], shape (states, 2); parts that are run round twice count twice."""
     x, y = tips[:, 0], tips[:, 1]
-    return 0.5 * jnp.abs(jnp.sum(x * jnp.roll(y, -1) - y * jnp.roll(x, -1)))
+    xp = namespace_of(tips)
+    return 0.5 * xp.abs(xp.sum(x * xp.roll(y, -1) - y * xp.roll(x, -1)))

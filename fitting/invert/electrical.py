@@ -9,6 +9,7 @@ from fitting.design.bodies import Body, Solved
 from fitting.design.quantities import AMBIENT, balance_of, convected, temperature, wire_temperature
 from pneusma_jax.nitinol import Spring
 from pneusma_jax.numerics.rows import first_rows
+from pneusma_jax.numerics.safe import as_numpy
 from pneusma_jax.program_cache import stored_jit
 from pneusma_jax.simulate.row import wire_resistances
 
@@ -21,7 +22,7 @@ COOL = 1e-9
 def unheated(body: Body) -> np.ndarray:
     """Martensite fraction of every spring in air of 22 degC without a current [1], shape (springs,)."""
     alloys = [spring.alloy for segment in body.segments for spring in segment.springs]
-    return np.array([float(alloy.martensite_fraction_at(jnp.asarray(AMBIENT))) for alloy in alloys])
+    return np.array([float(as_numpy(alloy).martensite_fraction_at(AMBIENT)) for alloy in alloys])
 
 
 def highest(body: Body, xi0_max: float | None) -> np.ndarray:

@@ -208,5 +208,5 @@ class Posterior:
     def log_likelihoods(self) -> Float[np.ndarray, "ensembles draws walkers"]:
         """Log-likelihoods of the thinned draws, up to a constant: log-probability without the prior."""
         points = self.thinned.reshape(-1, self.target.dimension)
-        prior = np.asarray(jax.vmap(self.target.log_prior)(points))
+        prior = np.asarray(jax.jit(jax.vmap(self.target.log_prior))(points))
         return self.thinned_log_probabilities - prior.reshape(self.thinned.shape[:-1])

@@ -9,7 +9,7 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array
 
-from ..numerics.safe import as_array
+from ..numerics.safe import as_array, as_numpy, is_concrete
 from .alloy import Alloy
 from .geometry import SpringGeometry
 
@@ -41,6 +41,8 @@ def time_constant(alloy: Alloy, geometry: SpringGeometry) -> Array:
 
     Of a wire of diameter d, `m / A` is `density * d / 4`: its ends do not count.
     """
+    if is_concrete(alloy, geometry):
+        alloy, geometry = as_numpy((alloy, geometry))
     return alloy.density * alloy.heat_capacity * geometry.wire_diameter / (4.0 * alloy.convection)
 
 

@@ -131,11 +131,11 @@ def namespace_of(*arrays: Any) -> ModuleType:
     return np if found else jnp
 
 
-M = TypeVar("M", bound=eqx.Module)
+M = TypeVar("M")
 
 
 def as_numpy(module: M) -> M:
-    """A module of concrete numbers with NumPy arrays, whose methods then compile nothing."""
+    """A module, or a tree of them, with NumPy arrays for its known numbers. Its methods compile nothing."""
     return jax.tree.map(np.asarray, module)
 
 

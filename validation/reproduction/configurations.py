@@ -120,7 +120,7 @@ def _line(axes: Axes, chain: pj.SegmentChain, found: pj.ChainEquilibrium, heated
     shape = found.shape
     for k, body in enumerate(chain.segments):
         for number, place in zip((1, 2), np.asarray(body.spring_places), strict=True):
-            y, z = 1e3 * np.asarray(shape.line(k, place))[:, 1:].T
+            y, z = 1e3 * np.asarray(shape.line(np.asarray(k), place))[:, 1:].T
             axes.plot(-y, z, color=shade.to_rgba(WARM) if heated[k] == number else GREY,
                       linewidth=3.0 if heated[k] == number else 1.4)  # fmt: skip
     y, z = 1e3 * np.asarray(shape.polyline())[:, 1:].T
