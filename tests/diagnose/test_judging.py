@@ -20,7 +20,7 @@ from fitting.diagnose.settings import DEFAULT
 from fitting.diagnose.verdict import unknown
 from fitting.diagnose.verdict.assess import Assessment
 from fitting.diagnose.verdict.conclude import _left_over, conclude
-from fitting.diagnose.verdict.discrepancy_evidence import DiscrepancyEvidence
+from fitting.diagnose.verdict.discrepancy_evidence import DiscrepancyEvidence, best_discrepancy
 from fitting.diagnose.verdict.locate import _region, sized
 from fitting.diagnose.verdict.probabilities import (
     Found,
@@ -35,6 +35,7 @@ from fitting.diagnose.verdict.unexplained import (
     contradicted,
     discrepancy_probability,
     gain_over_named,
+    lead_of_named,
     missed_beyond_drift,
     without_drift,
 )
@@ -215,11 +216,37 @@ def test_a_discrepancy_that_predicts_better_speaks_against_a_name(discrepancy, l
     assert gain_over_named(explanation, rival) == pytest.approx(units * DEFAULT.evidence.minimum_difference)
 
 
-def test_what_is_said_where_a_discrepancy_predicts_better():
+@pytest.mark.parametrize(("signs", "lost", "said"), [
+    (Signs(0.0, 0.3, 0.0), 12.0, "function of pressure rate without a name predicts recordings that are left out better than"),
+    (Signs(0.0, 0.0, 0.0), 0.0, "left out about as well as"),
+    (Signs(0.2, 0.1, 0.0), 12.0, "leaves more than noise"),  # which is the larger share
+])  # fmt: skip
+def test_what_is_said_where_a_discrepancy_predicts_as_well(signs, lost, said):
     explanation, rival = named(), DiscrepancyEvidence("length", "pressure_rate", 9.0, 1.0, 1.0)
-    judged = Assessment(True, True, (0.001, True), 0.25, True, (), [0.9, 0.9], Signs(0.0, 0.3, 0.0), 12.0, rival, None, None)
+    judged = Assessment(True, True, (0.001, True), 0.25, True, (), [0.9, 0.9], signs, lost, rival, None, None, equalled=True)
     found = _left_over(explanation, 0.25, judged, effects_found(explanation, 0.25))
-    assert found.bayes == 12.0 and "function of pressure rate without a name predicts" in found.text
+    assert found.bayes == lost and said in found.text
+
+
+@pytest.mark.parametrize("alike", [True, False])
+def test_a_name_that_a_function_of_one_driver_equals_is_tentative(alike):
+    """The effect is a function of the pressure, so one without a name predicts left-out parts as well.
+
+    An effect with a course of its own in every recording is far ahead of any function of one driver.
+    """
+    world, rng = tubes(), np.random.default_rng(1)
+    if alike:
+        along = np.cos(3e-3 * world.drivers["pressure"])[:, :, None]
+        world = World(world.base, world.effects | {CONSTANT: along})
+    explanation = explain(world.program(world.truth(rng, **{CONSTANT: 1.0})), rng)
+    lead = lead_of_named(explanation, best_discrepancy(explanation.program, explanation.base))
+    found = conclude(explanation)
+    assert (abs(lead) < DEFAULT.evidence.minimum_difference) if alike else lead > 50.0
+    assert [f.slug for f in found.found] == [CONSTANT, *(["unmodelled"] if alike else [])]
+    assert found.found[0].tentative is alike and found.found[0].probability > (0.65 if alike else 0.95)
+    if alike:
+        assert found.found[1].probability == pytest.approx(1.0 - DEFAULT.probability.tentative)
+        assert found.found[1].text.startswith("A smooth function of pressure without a name predicts")
 
 
 @pytest.mark.parametrize(("bayes", "told"), [(25.0, True), (5.0, False)])

@@ -20,6 +20,7 @@ from .unexplained import (
     chance_without_a_name,
     contradicted,
     discrepancy_probability,
+    equalled,
     gain_over_named,
     without_drift,
 )
@@ -50,6 +51,7 @@ class Assessment:
         unsupported: true if values that were not fitted are missed clearly more with the effects.
         acts_beside: probability that something unknown acts beside effects that it does not replace; 0 where
             nothing says so.
+        equalled: true if a discrepancy predicts left-out recordings about as well as the effects, or better.
     """
 
     named: bool
@@ -66,6 +68,7 @@ class Assessment:
     rest: Discrepancy | None
     unsupported: bool = False
     acts_beside: float = 0.0
+    equalled: bool = False
 
     @property
     def moving(self) -> DiscrepancyEvidence | None:
@@ -74,17 +77,18 @@ class Assessment:
 
     @property
     def rival(self) -> DiscrepancyEvidence | None:
-        """The discrepancy that predicts better, where that is a larger share than what the effects leave."""
-        better = self.signs is not None and self.lost > 0.0 and self.signs.outdone > self.signs.kept
-        return self.discrepancy if better else None
+        """The discrepancy that predicts as well or better, unless the effects leave a larger share."""
+        if self.signs is None or self.signs.outdone < self.signs.kept:
+            return None
+        return self.discrepancy if self.equalled else None
 
 
 def assess(explanation: Explanation, scores: Scores) -> Assessment:
     """What speaks for and against an explanation, which is not changed.
 
-    Effects are tentative with which values outside the fit are missed clearly more than without. Something
-    unknown has the rest. Numbers that the fit leaves open may excuse that, so no effect is refused for it.
-    But then nothing outside the fit supports the effects.
+    Effects are tentative that nothing outside the fit supports, and something unknown has the rest. Either
+    they miss values outside the fit clearly more than the base model does. Numbers that the fit leaves open
+    may excuse that, so no effect is refused for it. Or a discrepancy predicts left-out recordings as well.
 
     Args:
         explanation: result of a search.
@@ -109,11 +113,12 @@ def assess(explanation: Explanation, scores: Scores) -> Assessment:
     over = left_of(program, explanation.final, base=explanation.base) if named else None
     unknown, lost, beyond, mimicked, acts_beside = 0.0, 0.0, False, (), 0.0
     unsupported = named and clear(program, explanation.final, scores.rise(explanation))
+    alike = named and equalled(explanation, discrepancy)
     if signs is not None:
         helpless = signs.kept >= 1.0 and any(left > limit for left, limit in zip(last, limits, strict=True))
         likely = max(probability_of_unknown(signs), PROBABILITY.tentative if helpless else 0.0)
-        likely = max(likely, 1.0 - PROBABILITY.tentative if unsupported else 0.0)
-        if signs.only_beside and not unsupported and likely > PROBABILITY.beside:
+        likely = max(likely, 1.0 - PROBABILITY.tentative if unsupported or alike else 0.0)
+        if signs.only_beside and not unsupported and not alike and likely > PROBABILITY.beside:
             acts_beside, likely = min(likely, PROBABILITY.doubtful), PROBABILITY.beside
         unknown, beyond, mimicked = _doubt_of_names(explanation, likely, over is not None and over.stated)
         lost = gain_over_named(explanation, discrepancy)
@@ -129,7 +134,7 @@ def assess(explanation: Explanation, scores: Scores) -> Assessment:
         unknown = max(unknown, PROBABILITY.tentative)
     return Assessment(
         named, mismatch, chance, unknown, beyond, mimicked, last, signs, lost, discrepancy, further, rest,
-        unsupported, acts_beside,
+        unsupported, acts_beside, alike,
     )  # fmt: skip
 
 

@@ -211,10 +211,10 @@ def _left_over(explanation: Explanation, unknown: float, judged: Assessment, fou
             "instead."
         )
     if judged.rival is not None:
+        well = "better than" if judged.lost > 0.0 else "about as well as"
         text = (
             f"A smooth function of {judged.rival.driver.replace('_', ' ')} without a name predicts "
-            f"recordings that are left out better than {joined(names)}: that may stand for something "
-            "else."
+            f"recordings that are left out {well} {joined(names)}: that may stand for something else."
         )
     if judged.unsupported:
         text = (

@@ -149,15 +149,33 @@ def chance_without_a_name(
 def gain_over_named(explanation: Explanation, discrepancy: DiscrepancyEvidence | None) -> float:
     """Log-likelihood of left-out recordings by which a discrepancy predicts better than the named effects.
 
-    It is deflated by the noise's inflation. It is 0 where it is less than an effect must gain.
+    It is 0 where it is less than an effect must gain.
 
     Args:
         explanation: result of a search that named effects.
         discrepancy: discrepancy of largest evidence beside the base model; None where no driver varies.
     """
-    if discrepancy is None:
-        return 0.0
-    program = explanation.program
-    better = explanation.left_out[1] - discrepancy.left_out  # NaN without cross-validation: no gain
-    gain = log_likelihood(program, better, inflation_of(program, explanation.final))
-    return float(gain) if gain > EVIDENCE.minimum_difference else 0.0
+    gain = -lead_of_named(explanation, discrepancy)
+    return gain if gain > EVIDENCE.minimum_difference else 0.0
+
+
+def equalled(explanation: Explanation, discrepancy: DiscrepancyEvidence | None) -> bool:
+    """True if a discrepancy predicts left-out recordings about as well as the named effects, or better.
+
+    Then the names are not told apart from a function without a name. The arguments are those of
+    `gain_over_named`.
+    """
+    return lead_of_named(explanation, discrepancy) < EVIDENCE.minimum_difference
+
+
+def lead_of_named(explanation: Explanation, discrepancy: DiscrepancyEvidence | None) -> float:
+    """Log-likelihood of left-out recordings by which the named effects predict better than a discrepancy.
+
+    It is deflated by the noise's inflation. It is infinite where there is no race: without a discrepancy, or
+    without cross-validation. The arguments are those of `gain_over_named`.
+    """
+    program, named = explanation.program, explanation.left_out[1]
+    if discrepancy is None or math.isnan(named):
+        return math.inf
+    inflation = inflation_of(program, explanation.final)
+    return float(log_likelihood(program, discrepancy.left_out - named, inflation))
