@@ -34,6 +34,7 @@ from fitting.diagnose.verdict.unexplained import (
     chance_without_a_name,
     contradicted,
     discrepancy_probability,
+    equalled,
     gain_over_named,
     lead_of_named,
     missed_beyond_drift,
@@ -214,6 +215,16 @@ def test_a_discrepancy_that_predicts_better_speaks_against_a_name(discrepancy, l
     explanation.named.left_out = scaled(left)
     rival = None if discrepancy is None else DiscrepancyEvidence("length", "time", 9.0, scaled(discrepancy), 1.0)
     assert gain_over_named(explanation, rival) == pytest.approx(units * DEFAULT.evidence.minimum_difference)
+
+
+@pytest.mark.parametrize(("ahead", "bayes", "told"), [(3.9, 9.0, True), (4.1, 9.0, False), (-50.0, 4.1, True), (-50.0, 3.9, False)])
+def test_a_name_is_to_be_told_from_a_function_that_is_not_drift(ahead, bayes, told):
+    """By a log-likelihood of 4 in what was left out; the function has an evidence of 4 beyond that of drift."""
+    explanation = named(left_out=(3.0, 1.0))
+    unit = inflation_of(explanation.program, explanation.final) / (0.5 * explanation.program.observations(explanation.program.fitted))
+    rival = DiscrepancyEvidence("length", "time", bayes, 1.0 + ahead * unit, 1.0)
+    assert equalled(explanation, rival) is told and lead_of_named(explanation, rival) == pytest.approx(ahead)
+    assert not equalled(explanation, None) and not equalled(named(), rival), "no race, no doubt"
 
 
 @pytest.mark.parametrize(("signs", "lost", "said"), [

@@ -80,7 +80,7 @@ class Assessment:
         """The discrepancy that predicts as well or better, unless the effects leave a larger share."""
         if self.signs is None or self.signs.outdone < self.signs.kept:
             return None
-        return self.discrepancy if self.equalled else None
+        return self.discrepancy if self.equalled or self.lost > 0.0 else None
 
 
 def assess(explanation: Explanation, scores: Scores) -> Assessment:

@@ -162,9 +162,11 @@ def gain_over_named(explanation: Explanation, discrepancy: DiscrepancyEvidence |
 def equalled(explanation: Explanation, discrepancy: DiscrepancyEvidence | None) -> bool:
     """True if a discrepancy predicts left-out recordings about as well as the named effects, or better.
 
-    Then the names are not told apart from a function without a name. The arguments are those of
-    `gain_over_named`.
+    Then the recordings do not tell the names from a function without a name. One that drift explains as well
+    is no rival: what predicts beside it is drift. The arguments are those of `gain_over_named`.
     """
+    if discrepancy is None or discrepancy.bayes < EVIDENCE.minimum_difference:
+        return False
     return lead_of_named(explanation, discrepancy) < EVIDENCE.minimum_difference
 
 
