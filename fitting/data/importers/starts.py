@@ -83,8 +83,9 @@ def _crosses(x: np.ndarray, y: np.ndarray, pair: tuple[str, str], making: Making
     one_sign = not (np.any(y > 0.0) and np.any(y < 0.0))
     if np.mean(across) > BOTH_WAYS and one_sign and x.min() < 0.0 < x.max():
         making.warn(
-            f"{answer} has one sign, and strain goes both ways, so that they oppose each other in "
-            f"{counted(int(across.sum()), 'row')}: was the sign of the load lost? Then write it into the file"
+            f"{answer} has one sign, and strain goes both ways, so that they oppose each other in"
+            f" {counted(int(across.sum()), 'row')}: was the sign of the load lost? Then write it into the"
+            " file"
         )
         return True
     if not (np.mean(across) > ACROSS and abs(x[least]) > AT_START * reach):
