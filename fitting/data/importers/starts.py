@@ -81,7 +81,8 @@ def _crosses(x: np.ndarray, y: np.ndarray, pair: tuple[str, str], making: Making
     least = int(np.argmin(np.abs(y)))
     answer, unit = pair[1].rsplit("_", 1)
     one_sign = not (np.any(y > 0.0) and np.any(y < 0.0))
-    if np.mean(across) > BOTH_WAYS and one_sign and x.min() < 0.0 < x.max():
+    at_rest = abs(x[least]) <= AT_START * reach  # elsewhere the zero of the strain is another
+    if np.mean(across) > BOTH_WAYS and one_sign and at_rest and x.min() < 0.0 < x.max():
         making.warn(
             f"{answer} has one sign, and strain goes both ways, so that they oppose each other in"
             f" {counted(int(across.sum()), 'row')}: was the sign of the load lost? Then write it into the"
