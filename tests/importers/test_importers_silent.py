@@ -85,6 +85,14 @@ def test_what_was_read_wrongly_in_silence_is_asked_about(put, name):
     assert [note for note in found if said in note], found
 
 
+def test_the_advice_about_swapped_columns_works(put):
+    path = put("a.csv", SILENT["columns of a spring swapped"][0])
+    swapped = ["force=Extension (mm)", "elongation=Force (N)"]
+    recording = import_file(path, make_options(columns=swapped, units=["force=N", "elongation=mm"]))
+    as_it_was(recording, force_N=PULL, elongation_mm=PULLED)
+    assert not [note for note in checks(recording) if "swapped" in note]
+
+
 ORDINARY = {
     "a spring": ("Load cell: 100 N\nGain: 1\nOffset: 0.000\n" + SPRING_HEAD + table(TIME, PULLED, PULL, OHM), COIL),
     "a coupon": ("Units: s, mm, N\nMaterial: DS10\n" + PULL_HEAD + table(TIME, EXTENSION, FORCE), COUPON),

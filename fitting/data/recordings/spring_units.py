@@ -42,7 +42,7 @@ def spring_questions(recording: Recording) -> list[Question]:
     if would_fit:
         said += (
             "Are the columns of force and elongation swapped? (on import: --map force=... --map"
-            " elongation=...) Or is a unit wrong (--unit ...)?"
+            " elongation=... and --unit force=N --unit elongation=mm) Or is a unit wrong?"
         )
     else:
         said += "Are the units of force, elongation and resistance right? (on import: --unit ...)"
