@@ -19,15 +19,19 @@ from pneusma_jax.numerics.safe import as_array
 from pneusma_jax.units import from_si
 
 from .candidates import HELD, LEG_ROWS, Candidate, candidates, courses, published_campaign
-from .choose import WANTED, choose, covariances, expected_sd
+from .choose import WANTED, Choice, choose, covariances, expected_sd
 from .information import information
 from .knowledge import CONSTANTS, NOT_SEEN, Knowledge, knowledge_of
-from .rates import HEATING_S, cooling_seconds, heating_seconds, minutes, rates_of
+from .rates import HEATING_S, Rates, cooling_seconds, heating_seconds, minutes, rates_of
 
 DRAWS = 8
+"""Number of alloys over which a test's information is averaged, unless told otherwise."""
 MOST_REPEATS = 3
+"""Maximum number of repeats of one test."""
 MISFIT = 0.02
+"""Factor on force and contrast in resistance that the law itself is wrong by, unless told otherwise [1]."""
 MOST_TESTS = 9
+"""Maximum number of tests of the fit, repeats included, unless told otherwise."""
 KNOWN = 0.25  # Maximum relative standard deviation of an identified constant
 
 
@@ -180,22 +184,19 @@ def plan_campaign(
     progress("choice")
     source_sd = expected_sd(information_of(source, 1)[:, :, None], range(len(source)))[-1]
     progress("comparison")
-    merged = _merged(pool, rates, indices, [choice.gain for choice in chosen])
-    merged.append(_validation(pool, rates, indices, steps))
-    merged = [replace(test, heating_s=heating) for test in merged]
-    held = {test.candidate.share for test in merged if test.candidate.hold == HELD}
+    protocol = _protocol(pool, rates, chosen, steps, heating)
     return Plan(
         knowledge=prior,
         spring=spring,
         geometry=stated,
         steps=steps,
-        tests=merged,
+        tests=protocol,
         order=[pool[index].name for index in indices],
         sd=np.median(expected_sd(table, indices), axis=1),
         published_sd=np.median(source_sd, axis=0),
         published_minutes=sum(minutes(t, rate) for t, rate in zip(source, source_rates, strict=True)),
         cooling_s=cooling_seconds(spring),
-        lost={share: hot for share, hot in every.lost.items() if share in held},
+        lost=_lost(every, protocol),
         loose=_loose(prior, covariances(table, indices)[-1, 0]),
         wanted=tuple(wanted),
         noise=sigma,
@@ -270,19 +271,27 @@ def _dimensions(stated: Mapping[str, Any]) -> pj.SpringGeometry:
         raise InputError(f"[geometry]: {error}") from None
 
 
-def _merged(
-    pool: list[Candidate], rates: list[float], indices: list[int], gains: list[float]
+def _protocol(
+    pool: list[Candidate], rates: list[float], chosen: list[Choice], steps: tuple[float, ...], heating: float
 ) -> list[PlannedTest]:
-    """Tests with equal ones merged as repeats of the first."""
-    return [
+    """Chosen tests with equal ones merged as repeats of the first, and last the one for validation."""
+    indices = [choice.index for choice in chosen]
+    tests = [
         PlannedTest(
             pool[index],
             indices.count(index),
-            float(sum(gain for other, gain in zip(indices, gains, strict=True) if other == index)),
+            float(sum(choice.gain for choice in chosen if choice.index == index)),
             rates[index],
         )
         for index in dict.fromkeys(indices)
     ]
+    return [replace(test, heating_s=heating) for test in (*tests, _validation(pool, rates, indices, steps))]
+
+
+def _lost(rates: Rates, tests: list[PlannedTest]) -> dict[float, bool]:
+    """Positions of held resistances of planned tests that even their slow rate loses."""
+    held = {test.candidate.share for test in tests if test.candidate.hold == HELD}
+    return {share: hot for share, hot in rates.lost.items() if share in held}
 
 
 def _validation(

@@ -74,7 +74,7 @@ def _as_rows(recording: Recording, model: AugmentedModel) -> Rows:
     options = RowOptions(most=None, fewest=1)
     (made,) = SPRING.rows_for(campaign, options, **tables_of(SPRING, recording, model))
     stacked = stack([with_numbers(made, numbers_of(SPRING, model, recording.specimen))])
-    return jax.tree.map(lambda leaf: leaf[0], stacked)
+    return jax.tree.map(lambda leaf: np.asarray(leaf)[0, ...], stacked)
 
 
 def _lengthened(column: np.ndarray, size: int) -> np.ndarray:

@@ -8,11 +8,11 @@ instead.
 from collections.abc import Callable, Sequence
 
 import equinox as eqx
-import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array
 
+from fitting.inference.latent_trajectory.denoise import resistance_and_slope
 from pneusma_jax.nitinol import Alloy
 from pneusma_jax.nitinol.resistivity import PhaseReading
 from pneusma_jax.pipeline import PLAIN, Pipeline
@@ -123,9 +123,7 @@ def _gains(rows: Rows, k: int, gamma: np.ndarray, total: np.ndarray) -> tuple[np
     if not noise > 0.0:
         return np.zeros(len(gamma)), np.zeros(len(gamma))
     spring = body_of(numbers({}, rows), rows).springs[k]
-    law = lambda x: spring.alloy.resistivity(x, jnp.asarray(gamma)) * spring.geometry.wire_length  # noqa: E731
-    xi0 = jnp.asarray(rows.extra["xi0"][k])
-    partial = np.asarray(jax.jvp(law, (xi0,), (jnp.ones_like(xi0),))[1])
+    partial = np.asarray(resistance_and_slope(spring, rows.extra["xi0"][k], gamma)[1])
     square = np.where(total * partial > 0.0, total**2, 0.0)
     trust = square / (square + (FOLD * partial) ** 2 + (noise / BLIND) ** 2)
     gain = trust / np.where(partial == 0.0, np.inf, partial)

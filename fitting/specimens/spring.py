@@ -175,6 +175,7 @@ def with_effects(
     return dict(zip(OUTPUTS, found.predicted, strict=True)), drivers
 
 
+@jax.jit  # one program for each length, not one for each of forty operations
 def _process_noise(time: Array, course: Array, there: Array) -> Float[Array, " rows"]:
     """Process-noise variance per second of every row that lets a fraction follow a steady course [1/s].
 
@@ -201,6 +202,7 @@ def _process_noise(time: Array, course: Array, there: Array) -> Float[Array, " r
     return FACTOR * jnp.concatenate([variance[:1] * mobility[:1], variance * mobility])
 
 
+@jax.jit
 def _free(time: Array, changes: Array) -> Float[Array, " rows"]:
     """Process-noise variance per second that allows these changes of a fraction from row to row.
 

@@ -4,6 +4,7 @@ import dataclasses
 from collections.abc import Mapping
 from pathlib import Path
 
+import equinox as eqx
 import numpy as np
 from jaxtyping import Array
 
@@ -118,6 +119,18 @@ def dimensions(recording: Recording) -> SpringGeometry:
     """Dimensions that a recording states for its spring, SI."""
     geometry = geometry_of(recording)
     return SpringGeometry(**{name: getattr(geometry, name) for name in GEOMETRY})
+
+
+def stated_strain_and_stress(recording: Recording) -> tuple[np.ndarray, np.ndarray]:
+    """Shear strain [1] and shear stress [Pa] of the wire by the stated dimensions, each of shape (rows,)."""
+    strain, force = _strain_and_force(dimensions(recording), recording.si("elongation"))
+    return np.asarray(strain), recording.si("force") / float(force)
+
+
+@eqx.filter_jit
+def _strain_and_force(geometry: SpringGeometry, elongation: Array) -> tuple[Array, Array]:
+    """Shear strain of the wire [1], and the force of the spring per stress of the wire [m2]."""
+    return geometry.shear_strain(elongation), geometry.force(1.0)
 
 
 def dimension_numbers(recording: Recording) -> dict[str, np.ndarray]:

@@ -3,9 +3,11 @@
 import dataclasses
 from dataclasses import dataclass
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Array
 
 import pneusma_jax as pj
 from fitting.data.recordings import Recording
@@ -103,9 +105,20 @@ def possible_spring(values: dict[str, float]) -> bool:
         alloy = pj.Alloy(**values)
     except ValueError:
         return False
-    gamma = jnp.linspace(0.0, float(alloy.gamma_max), 200)
-    rising = all(bool(jnp.all(jnp.diff(alloy.shear_stress(gamma, x, 0.0)) > 0.0)) for x in (0.0, 1.0))
-    return rising and float(alloy.rho_m(0.0) - alloy.rho_a(0.0)) > 0.0
+    gamma = np.linspace(0.0, float(alloy.gamma_max), 200)
+    return bool(np.all(np.diff(_stresses(alloy, gamma)) > 0.0)) and float(_contrast(alloy)) > 0.0
+
+
+@eqx.filter_jit
+def _stresses(alloy: pj.Alloy, gamma: Array) -> Array:
+    """Stress of the hot and of the cold wire at shear strains [Pa], shape (2, strains)."""
+    return jnp.stack([alloy.shear_stress(gamma, x, 0.0) for x in (0.0, 1.0)])
+
+
+@eqx.filter_jit
+def _contrast(alloy: pj.Alloy) -> Array:
+    """Resistivity of the unstrained wire when cold less that when hot [ohm/m]."""
+    return alloy.rho_m(0.0) - alloy.rho_a(0.0)
 
 
 def _spring(g: dict, alloy: pj.Alloy) -> pj.Spring:

@@ -2,8 +2,10 @@
 
 import dataclasses
 
+import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Array
 
 from fitting.data.recordings import Recording
 from fitting.data.recordings.kinds import WIRE_ALLOY
@@ -68,5 +70,11 @@ def possible_wire(values: dict[str, float]) -> bool:
         wire = WireAlloy(**values)
     except ValueError:
         return False
-    strain = jnp.linspace(0.0, 3.0 * float(wire.eps_L), 300)
-    return all(bool(jnp.all(jnp.diff(wire.axial_stress(strain, x, 0.0)) > 0.0)) for x in (0.0, 1.0))
+    strain = np.linspace(0.0, 3.0 * float(wire.eps_L), 300)
+    return bool(np.all(np.diff(_stresses(wire, strain)) > 0.0))
+
+
+@eqx.filter_jit
+def _stresses(wire: WireAlloy, strain: Array) -> Array:
+    """Stress of the hot and of the cold wire at axial strains [Pa], shape (2, strains)."""
+    return jnp.stack([wire.axial_stress(strain, x, 0.0) for x in (0.0, 1.0)])

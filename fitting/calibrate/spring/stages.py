@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fitting.inference.least_squares import FitResult
-from fitting.specimens.spring_rows import dimensions
+from fitting.specimens.spring_rows import dimensions, stated_strain_and_stress
 from pneusma_jax.calibration import available, load_calibration
 
 from .problem import Problem
@@ -135,15 +135,9 @@ def rough_values(problem: Problem) -> dict[str, float]:
     return {name: value for name, value in found.items() if name in problem.parameters}
 
 
-def _strain_and_stress(test: StandTest) -> tuple[np.ndarray, np.ndarray]:
-    geometry = dimensions(test.recording)
-    gamma = np.asarray(geometry.shear_strain(test.recording.si("elongation")))
-    return gamma, test.recording.si("force") / float(geometry.force(1.0))
-
-
 def _unloading_slope(test: StandTest) -> float:
     """Median slope of stress over strain on the way back [Pa], one slope for each way."""
-    gamma, stress = _strain_and_stress(test)
+    gamma, stress = stated_strain_and_stress(test.recording)
     down = np.flatnonzero((np.diff(gamma) < 0.0) & np.isfinite(np.diff(stress)))
     if len(down) < 10:
         return float("nan")
@@ -154,7 +148,7 @@ def _unloading_slope(test: StandTest) -> float:
 
 def _stretched_resistivity(test: StandTest) -> float:
     """Resistance per length of wire at the largest strain [ohm/m], which the source calls resistivity."""
-    gamma, _ = _strain_and_stress(test)
+    gamma, _ = stated_strain_and_stress(test.recording)
     resistance = test.recording.si("resistance")
     known = np.isfinite(gamma) & np.isfinite(resistance)
     far = known & (gamma >= 0.97 * gamma[known].max())

@@ -14,10 +14,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
+import equinox as eqx
 import numpy as np
+from jaxtyping import Array
 
 from fitting.data.recordings import Recording
-from fitting.specimens.spring_rows import dimensions
+from fitting.specimens.spring_rows import dimensions, stated_strain_and_stress
 from pneusma_jax.errors import InputError, nearest
 from pneusma_jax.nitinol import Alloy, Spring
 
@@ -163,11 +165,9 @@ def classify(
 
 def _read(recording: Recording) -> _Reading:
     """What a recording is classified by. Its beginning are the first rows of loading."""
-    elongation, force = recording.si("elongation"), recording.si("force")
-    known = np.isfinite(elongation)
-    geometry = dimensions(recording)
-    gamma = np.asarray(geometry.shear_strain(elongation))
-    stress = force / float(geometry.force(1.0))
+    elongation = recording.si("elongation")
+    known, geometry = np.isfinite(elongation), dimensions(recording)
+    gamma, stress = stated_strain_and_stress(recording)
     reached = np.fmax.accumulate(np.where(known, elongation, -np.inf))
     before = np.concatenate([[-np.inf], reached[:-1]])
     loading = known & (elongation > before)
@@ -283,15 +283,21 @@ def level_at_rest(spring: Spring, test: StandTest) -> float | None:
     if not np.isfinite(test.resistivity):
         return None
     longer = float(spring.geometry.wire_length) / float(dimensions(test.recording).wire_length)
-    xi0 = float(spring.alloy.martensite_fraction(test.resistivity / longer, 0.0).xi0)
+    xi0 = float(_fraction_at_rest(spring.alloy, np.asarray(test.resistivity / longer)))
     return 1.0 if xi0 > COLD else 0.0 if xi0 < MAYBE_HOT else None
+
+
+@eqx.filter_jit
+def _fraction_at_rest(alloy: Alloy, resistivity: Array) -> Array:
+    """Martensite fraction that the law reads from the resistivity of the unstrained wire [ohm/m]."""
+    return alloy.martensite_fraction(resistivity, 0.0).xi0
 
 
 def _by_alloy(alloy: Alloy, reading: _Reading) -> tuple[Phase, str]:
     """Phase of a test and its reason, from its resistance by the law of a known alloy."""
     if not np.isfinite(reading.resistivity):
         return "cold", "its resistance was not measured; taken as cold, as the source does"
-    xi0 = float(alloy.martensite_fraction(reading.resistivity, 0.0).xi0)
+    xi0 = float(_fraction_at_rest(alloy, np.asarray(reading.resistivity)))
     phase: Phase = "cold" if xi0 > COLD else "hot" if xi0 < HOT else "intermediate"
     blind = "; the resistance of hot wire hardly tells" if phase == "hot" else ""
     return (

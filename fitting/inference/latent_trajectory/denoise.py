@@ -49,25 +49,38 @@ def martensite_fraction(
     t, ohms, strain = time[finite], resistance[finite], gamma[finite]
     if not finite.any():
         return np.full(time.shape, np.nan)
-    reading = pj.Resistance(ohms).read(spring.alloy, jnp.asarray(strain), spring.geometry.wire_length)
-    single = xi0 = np.asarray(reading.xi0)
+    single = xi0 = np.asarray(_fraction(spring, ohms, strain))
     scale = float(spring.alloy.rho_mean * spring.geometry.wire_length)
     for _ in range(ROUNDS if finite.sum() > 3 else 0):
-        expected, slope = (np.asarray(x) / scale for x in _resistance(spring, xi0, strain))
+        expected, slope = (np.asarray(x) / scale for x in resistance_and_slope(spring, xi0, strain))
         slope = np.where(np.abs(slope) < LEAST_SLOPE, LEAST_SLOPE, slope)
         step = np.clip((ohms / scale - expected) / slope, -LONGEST, LONGEST)
         before, xi0 = xi0, np.clip(smooth_walk(t, xi0 + step, slope**2), 0.0, 1.0)
         if np.max(np.abs(xi0 - before)) < SETTLED:
             break
-    misfit = np.abs(ohms - np.asarray(_resistance(spring, xi0, strain)[0]))
+    misfit = np.abs(ohms - np.asarray(resistance_and_slope(spring, xi0, strain)[0]))
     noise = max(np.median(np.abs(np.diff(ohms, append=ohms[-1]))), np.median(misfit))
     outliers = misfit > OUTLIER * noise
     return np.interp(time, t, single if outliers.mean() > MOST_OUTLIERS else xi0)
 
 
 @eqx.filter_jit
-def _resistance(spring: pj.Spring, xi0: jax.Array, gamma: jax.Array) -> tuple[jax.Array, jax.Array]:
-    """Resistance and its slope over the martensite fraction [ohm]."""
+def _fraction(spring: pj.Spring, resistance: jax.Array, gamma: jax.Array) -> jax.Array:
+    """Martensite fraction that a spring's law reads from every resistance alone, shape (rows,)."""
+    return pj.Resistance(resistance).read(spring.alloy, jnp.asarray(gamma), spring.geometry.wire_length).xi0
+
+
+@eqx.filter_jit
+def resistance_and_slope(
+    spring: pj.Spring, xi0: jax.Array, gamma: jax.Array
+) -> tuple[jax.Array, jax.Array]:
+    """Resistance of a spring, and its slope over the martensite fraction at a fixed strain [ohm].
+
+    Args:
+        spring: spring element.
+        xi0: martensite fraction, shape (rows,).
+        gamma: shear strain [1], shape (rows,).
+    """
     law = lambda x: spring.alloy.resistivity(x, jnp.asarray(gamma)) * spring.geometry.wire_length  # noqa: E731
     return jax.jvp(law, (jnp.asarray(xi0),), (jnp.ones_like(xi0),))
 
