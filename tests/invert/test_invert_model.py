@@ -9,6 +9,7 @@ from fitting.cli import main
 from fitting.invert import Inverse, Limits
 from fitting.specimens.saved_models import load_model
 from pneusma_jax.effects import find_effect
+from pneusma_jax.errors import InputError
 
 SIZES = """
 material = "dragon_skin_10_fast"
@@ -45,6 +46,20 @@ def test_what_effects_cannot_do_is_refused(path, tmp_path):
     assert chain.exit_code == 2 and "a chain takes numbers of mine.toml, but not its effects" in chain.stderr
 
 
+def test_a_model_brings_its_design_and_is_named_before_anything_is_solved(path, monkeypatch):
+    asked = []
+
+    def begun(design, limits, alloy, material, seed, model):
+        asked.append((design, material, [effect.slug for effect in model.effects]))
+        raise InputError("as far as this")
+
+    monkeypatch.setattr("fitting.invert.Inverse", begun)
+    found = CliRunner().invoke(main, ["invert", "--model", str(path), "--bend-angle-deg", "40"])
+    assert found.exit_code == 2 and asked == [("pneuflex_s", "dragon_skin_10_fast", ["tip_contact"])]
+    assert found.stderr.splitlines()[0] == "note: mine.toml adds tip_contact to the base model"
+
+
+@pytest.mark.slow
 def test_a_model_brings_its_design(path):
     found = CliRunner().invoke(main, ["invert", "--model", str(path), "--bend-angle-deg", "40"])
     assert found.exit_code == 0 and found.stdout.startswith("pneuflex_s\n")

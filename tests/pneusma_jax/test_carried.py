@@ -29,15 +29,17 @@ WAYS = {
 @pytest.mark.parametrize("compiled", [False, True])
 def test_derivatives_of_every_order(way, compiled):
     cubes = lambda x: jnp.sum(WAYS[way](x) ** 3)  # noqa: E731
-    of = jax.jit if compiled else lambda function: function
-    np.testing.assert_allclose(of(jax.grad(cubes))(X), 1.5 * np.sqrt(X))
     compositions = (jax.hessian(cubes), jax.jacrev(jax.grad(cubes)), jax.jacfwd(jax.jacfwd(cubes)))
-    for second in compositions if compiled else compositions[:1]:  # outside of a program every operation is one
-        np.testing.assert_allclose(of(second)(X), np.diag(0.75 / np.sqrt(X)), atol=1e-15)
-    if way == "one by one" and not compiled:
-        return  # its third derivatives are 70 programs of one operation each, which other ways have too
-    third = of(jax.jacfwd(jax.hessian(cubes)))(X)
-    np.testing.assert_allclose(np.einsum("iii->i", third), -0.375 / X**1.5)
+    seconds = compositions if compiled else compositions[:1]  # outside of a program every operation is one
+    # third derivatives of one by one are 70 programs of one operation each there, which other ways have too
+    thirds = () if way == "one by one" and not compiled else (jax.jacfwd(jax.hessian(cubes)),)
+    every = lambda x: [of(x) for of in (jax.grad(cubes), *seconds, *thirds)]  # noqa: E731
+    first, *found = (jax.jit(every) if compiled else every)(X)
+    np.testing.assert_allclose(first, 1.5 * np.sqrt(X))
+    for second in found[: len(seconds)]:
+        np.testing.assert_allclose(second, np.diag(0.75 / np.sqrt(X)), atol=1e-15)
+    for third in found[len(seconds) :]:
+        np.testing.assert_allclose(np.einsum("iii->i", third), -0.375 / X**1.5)
 
 
 def test_what_does_not_vary_has_no_tangent():

@@ -21,12 +21,16 @@ def left(effect, arriving, air=None):
     return float(effect.phase(1.0, Known(known), memory))
 
 
-def warmed(effect, xi0, current, rows=200):
-    """Heat of spring 2 that has arrived after 2 s a row of a fraction, and of a current where there is one."""
+def warmed(effect, xi0, current, rows=200, recorded=None):
+    """Heat of spring 2 that has arrived after 2 s a row of a fraction, and of a current where there is one.
+
+    Where other recordings have a current, `recorded` is 1 if this one has it, too, and else 0.
+    """
     body = specimen("A")
     springs = [SimpleNamespace(xi0=1.0, resistance=OHMS), SimpleNamespace(xi0=xi0, resistance=OHMS)]
     known = {"actuator": body, "solved": SimpleNamespace(springs=springs), "interval": 2.0}
-    at = Known(known | ({} if current is None else {"currents": {2: current}}))
+    known |= {} if current is None else {"currents": {2: current}}
+    at = Known(known | ({} if recorded is None else {"has_currents": {2: recorded}}))
     memory = effect.begin(at)
     for _ in range(rows):
         memory = effect.remember(memory, at)
@@ -82,3 +86,12 @@ def test_heat_by_the_current_goes_on_where_all_is_austenite():
 
 def test_without_a_current_the_heat_is_the_austenite():
     assert warmed(OpposingSpringHeating(by_current=1.0), 0.4, None) == pytest.approx(0.6, rel=1e-3)
+
+
+@pytest.mark.parametrize("recorded", [0.0, 1.0])
+def test_a_current_counts_in_the_recordings_that_have_it(recorded):
+    """A recording without one was taken as unheated where another one had it."""
+    effect, current = OpposingSpringHeating(by_current=1.0), 0.3 * recorded
+    told = warmed(effect, 0.4, current, recorded=recorded)
+    assert told == pytest.approx(warmed(effect, 0.4, current if recorded else None), rel=1e-9)
+    assert recorded or told == pytest.approx(0.6, rel=1e-3)

@@ -18,6 +18,7 @@ from fitting.design.posterior_file import posterior_caution
 from fitting.inference.lasting_noise import Lasting
 from fitting.propagate import build_problem, read_study
 from fitting.propagate.inputs_of import read_draws
+from fitting.report.general.report import report_of
 from fitting.report.posterior import beside_fit
 from fitting.report.posterior.hierarchy import verdict as verdict_together
 from fitting.report.posterior.text import HOLD, verdict
@@ -86,12 +87,12 @@ def test_a_posterior_of_a_misfit_begins_with_the_first_sentence_of_its_fit(crept
 
 def test_a_table_of_a_law_that_does_not_fit_says_so_wherever_it_is_used(crept, tmp_path):
     path = tmp_path / "material.toml"
-    path.write_text(crept.documents()["material.toml"])
+    path.write_text(report_of(crept).files()["material.toml"])
     with pytest.warns(Distrusted, match=DISTRUSTED) as told:
         table = load_calibration(path)
     assert crept.verdict[0] in str(told[0].message) and str(path) in str(told[0].message)
     fits = replace(crept, fit=replace(crept.fit, reduced_chi_square=1.0), lasting=None)
-    assert "caution" not in fits.documents()["material.toml"] and "caution" in table.text
+    assert "caution" not in report_of(fits).files()["material.toml"] and "caution" in table.text
     result = CliRunner().invoke(main, ["simulate", "--design", "pneuflex_s", "--pressure-kPa", "20", "--material", str(path)])
     assert result.exit_code == 0, result.output
     notes = [line for line in result.stderr.splitlines() if DISTRUSTED in line]

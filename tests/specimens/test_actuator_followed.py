@@ -2,7 +2,6 @@
 
 import equinox as eqx
 import jax
-import jax.numpy as jnp
 import numpy as np
 import pytest
 
@@ -56,13 +55,16 @@ def heated():
     return augmented, values, augmented.rows_for(campaign)
 
 
+_resistivity = eqx.filter_jit(lambda alloy, xi0, gamma: alloy.resistivity(xi0, gamma))
+
+
 def _simple(recordings):
     """Drivers of springs whose strain rises with the fraction: a stand-in for an actuator, in closed form."""
     rows = recordings[0]
     spring, found = body_of(numbers({}, rows), rows).springs[1], {}
     for n, xi0 in zip(rows.extra["layout"].spring_numbers, map(np.asarray, rows.extra["xi0"]), strict=True):
         gamma = 0.02 + 0.08 * xi0
-        ohms = np.asarray(spring.alloy.resistivity(jnp.asarray(xi0), gamma)) * spring.geometry.wire_length
+        ohms = np.asarray(_resistivity(spring.alloy, xi0, gamma)) * spring.geometry.wire_length
         found |= {f"xi0_{n}": xi0[None], f"gamma_{n}": gamma[None], f"ohms_{n}": np.asarray(ohms)[None]}
     return found
 
@@ -144,7 +146,7 @@ def without_effects(monkeypatch):
 
     def solve(values, stacked):
         solved.append(np.stack(stacked.extra["xi0"]))
-        found = _simple([jax.tree.map(lambda x: x[0], stacked)])
+        found = _simple([jax.tree.map(lambda x: np.asarray(x)[0, ...], stacked)])
         columns = {name: np.stack([found[f"{name}_{n}"] for n in (1, 2)], axis=1) for name in ("gamma", "xi0", "ohms")}
         return dict.fromkeys(actuator_phase.OUTPUTS, columns["xi0"][:, 1]) | columns
 

@@ -127,8 +127,36 @@ def driven(name, **columns):
                      noise={"resistance_2_ohm": 1e-4, "curvature_1pm": 0.25})  # fmt: skip
 
 
-def test_a_recording_without_a_current_is_not_taken_as_unheated():
-    campaign = Campaign("c", [driven("bare"), driven("heated", current_2_A=np.full(ROWS, 0.2))], None)
+@pytest.fixture
+def one_with_a_current():
+    """A campaign of two recordings, of which the second has the current of spring 2."""
+    return Campaign("c", [driven("bare"), driven("heated", current_2_A=np.full(ROWS, 0.2))], None)
+
+
+def test_effects_are_told_which_recordings_have_a_current(one_with_a_current, monkeypatch):
+    """`OpposingSpringHeating` counts a current where its recording has one; see its own tests."""
+
+    class Enough(Exception):
+        """No state needs to be solved."""
+
+    def told(*given):
+        known.append(given[6])
+        raise Enough
+
+    known = []
+    monkeypatch.setattr("fitting.specimens.actuator_history.track_history", told)
+    for rows in specimen_of("actuator").rows_for(one_with_a_current):
+        with pytest.raises(Enough):
+            with_effects({name: np.asarray(value) for name, value in rows.base.items()}, rows, ())
+    for one, has in zip(known, (0.0, 1.0), strict=True):
+        np.testing.assert_array_equal(one["has_currents"][2], has)
+    np.testing.assert_allclose(known[1]["currents"][2], 0.2)
+    assert np.all(np.isfinite(known[0]["currents"][2]))  # times zero, which does not stop what is not a number
+
+
+@pytest.mark.slow
+def test_a_recording_without_a_current_is_not_taken_as_unheated(one_with_a_current):
+    campaign = one_with_a_current
     program = jax.jit(with_effects)
 
     def left(rows, by_current):
