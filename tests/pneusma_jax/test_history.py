@@ -17,9 +17,12 @@ def phase(x):
     return pj.MartensiteFraction(jnp.asarray(x))
 
 
+_residual = eqx.filter_jit(lambda alloy, state, xi0: alloy.residual_strain(state, xi0))
+
+
 def residual_after(body, history, k):
     """Residual strain that the memory after each row leaves at that row's phase."""
-    return body.springs[k].alloy.residual_strain(history.states[k], history.rows.springs[k].xi0)
+    return _residual(body.springs[k].alloy, history.states[k], history.rows.springs[k].xi0)
 
 
 @pytest.mark.parametrize("case", range(4))
