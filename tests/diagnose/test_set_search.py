@@ -21,7 +21,7 @@ from fitting.diagnose.search.decision import (
 )
 from fitting.diagnose.search.explain import explain
 from fitting.diagnose.search.pool import Pool
-from fitting.diagnose.search.set_search import base_scored
+from fitting.diagnose.search.set_search import SetSearch, base_scored
 from fitting.diagnose.search.steps import HeldOutScores
 from fitting.diagnose.verdict.conclude import conclude
 from pneusma_jax.effects import CATALOGUE
@@ -89,6 +89,17 @@ def test_what_ranks_behind_an_incomplete_set_is_not_said_to_have_more_evidence(l
     told = Stated(stated).decide()
     assert told.fit.slugs == named
     assert told.refused == ([] if named == ("a", "b") else [(("a", "b"), why), (("c", "d"), INSTRUMENTS)])
+
+
+@pytest.mark.parametrize(("alike", "named"), [(2.0, {CONSTANT, DELAY}), (0.0, {CONSTANT})])
+def test_rivals_are_tried_together_though_no_score_stands_out(alike, named, monkeypatch):
+    """A coupon's stiffening had taken up a compliant load train, up to its bounds. Both together had 12.6 nat more."""
+    monkeypatch.setattr(SetSearch, "_goes_on", lambda *_: False)
+    rng = np.random.default_rng(11)
+    world = tubes(effects=(CONSTANT, DELAY, ANOTHER))
+    world.effects[DELAY][:] += alike * world.effects[CONSTANT]
+    found = searched(world, world.truth(rng, **{CONSTANT: 4.0, DELAY: 2.0}))
+    assert set(found.final.slugs) == named
 
 
 def test_three_effects_are_named(monkeypatch):

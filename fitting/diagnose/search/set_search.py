@@ -43,6 +43,7 @@ CHANCE = DEFAULT.chance
 EVIDENCE = DEFAULT.evidence
 OPTIMISER = DEFAULT.optimiser
 SEARCH = DEFAULT.search
+SHARE = DEFAULT.share
 
 
 @dataclass
@@ -109,12 +110,16 @@ class SetSearch:
         step.base = refitted_baseline(program, step.base, step.candidates)
 
     def _grow(self, program: Program, pool: Pool) -> None:
-        """Add pairs, then triples, while evidence grows and more than noise is left."""
+        """Add pairs, then triples, while evidence grows and more than noise is left.
+
+        Where the best single effect leaves noise, it is only fitted together with its rivals.
+        """
         for size in range(2, SEARCH.maximum_effects + 1):
             leader = next((fit for fit, _ in pool.ranked()), pool.base)
-            if not self._goes_on(program, leader):
-                return
-            proposals = self._proposals(program, pool, size)
+            if self._goes_on(program, leader):
+                proposals = self._proposals(program, pool, size)
+            else:
+                proposals = _rival_pairs(program, pool) if size == 2 else []
             if not proposals:
                 return
             self.progress(f"fitting {counted(len(proposals), 'set')} of {size} effects")
@@ -274,6 +279,25 @@ class SetSearch:
         pool.add([fit, *(c.fit for step in beside.values() for c in step.candidates)])
         self._rivals(explanation.program, pool, fit)
         return self._weighed(explanation, pool, pool.get(fit.slugs))
+
+
+def _rival_pairs(program: Program, pool: Pool) -> list[Proposal]:
+    """The best single effect with each rival that alone has most of its evidence, begun where both ended.
+
+    Of two such effects that act together, one alone may explain all but noise. It has taken up what the other
+    one does, often up to its bounds, so that no score beside it stands out.
+    """
+    ranked = [(fit, worth) for fit, worth in pool.ranked() if len(fit.slugs) == 1]
+    if not ranked or ranked[0][1] < EVIDENCE.minimum_first:
+        return []
+    (leader, most), unknowns, found = ranked[0], program.unknowns, []
+    for rival, worth in ranked[1 : 1 + SEARCH.beam // 2]:
+        if worth >= SHARE.most * most:
+            at, own = leader.u.copy(), unknowns.of(rival.slugs)
+            at[own] = rival.u[own]
+            starts = starts_of(unknowns, rival.slugs, at)
+            found.append(Proposal((*leader.slugs, *rival.slugs), starts, leader.evaluation))
+    return found
 
 
 def polished(program: Program, fit: Fit) -> Fit:
