@@ -33,11 +33,14 @@ _LETTERED = re.compile(
     r"(?:PT?)?(?=\d)(?:(?P<d>\d+)\s*(?:d|days?|tage?)(?![a-z])[\s,T]*)?"
     r"(?:(?P<h>\d+)\s*(?:hours?|hrs?|std|h)(?![a-z])[\s,:]*)?"
     r"(?:(?P<min>\d+)\s*(?:minutes?|mins?|m(?!s)|['′’])[\s,:]*)?"
-    r"(?:(?P<s>\d+(?:[.,]\d+)?)\s*(?:seconds?|secs?|sek|s(?![a-z])|''|″|\"|(?<=\d)$)[\s,]*)?"
-    r"(?:(?P<ms>\d+)\s*ms)?",
+    r"(?:(?P<s>\d+(?:[.,]\d+)?)\s*(?:seconds?|secs?|sek|s(?![a-z])|''|″|\")[\s,]*)?"
+    r"(?:(?P<ms>\d+)\s*ms)?(?P<bare>\d+(?:[.,]\d+)?)?",
     re.IGNORECASE,
 )
-"""Elapsed times whose parts stand before letters or strokes: `1m30s`, `2 h 5 min`, `1'30"`, `PT1M30S`."""
+"""Elapsed times whose parts stand before letters or strokes: `1m30s`, `2 h 5 min`, `1'30"`, `PT1M30S`. The last
+one may have none: `1m30`, `1h30`."""
+_NEXT = {"h": "min", "min": "s"}
+"""Unit of a last part without letters, by that of the part before it."""
 _IN_SECONDS = {"d": DAY_S, "h": HOUR_S, "min": 60.0, "s": 1.0, "ms": 1e-3}
 _ORDERS = {"ymd": "year-month-day", "dmy": "day/month/year", "mdy": "month/day/year"}
 
@@ -201,7 +204,13 @@ def _lettered_parts(text: str) -> dict[str, float]:
     found = _LETTERED.fullmatch(text)
     if found is None or not re.search(r"[^\d.,\s]", text):
         return {}
-    return {unit: float(part.replace(",", ".")) for unit, part in found.groupdict().items() if part}
+    parts = {unit: float(part.replace(",", ".")) for unit, part in found.groupdict().items() if part}
+    if (bare := parts.pop("bare", None)) is not None:
+        smallest = list(parts)[-1]
+        if smallest not in _NEXT:
+            return {}
+        parts[_NEXT[smallest]] = bare
+    return parts
 
 
 def _lettered(texts: list[str]) -> Clock | None:
