@@ -161,7 +161,7 @@ def unstated_noise_of_several(
 
     Few samples tell a correlation badly, so all pieces tell one together; see `unstated_noise`. They tell one
     size, too, unless they clearly differ (`pooled_by_difference`). The noise of inputs is known and counts
-    elsewhere. So it is subtracted.
+    elsewhere. So it is subtracted, on average where they tell one size.
 
     Args:
         pieces: samples of each recording in their order, five or more each.
@@ -178,13 +178,14 @@ def unstated_noise_of_several(
     sizes = pooled_by_difference(np.sqrt(own), counts)
     if sizes is None:
         one = max(float(np.average(whole - added, weights=weights)), 0.0)
-        sizes = np.full(len(pieces), np.sqrt(one))
-    total = sizes**2 + added
-    units = np.where(total > 0.0, total, 1.0)
-    each = np.array([lagged_squares(piece) for piece in pieces]) / units[:, None]
+        sizes, mean = np.full(len(pieces), np.sqrt(one)), np.average(added, weights=weights)
+    else:
+        mean = added
+    units = sizes**2 + added
+    each = np.array([lagged_squares(piece) for piece in pieces]) / np.where(units > 0.0, units, 1.0)[:, None]
     correlation = correlation_of(np.average(each, axis=0, weights=weights)) if weights.sum() >= FEW else 0.0
     factor = first_order_noise(1.0, correlation if correlation > CORRELATED else 0.0)
-    return np.sqrt(factor**2 * total - added)
+    return np.sqrt(factor**2 * (sizes**2 + mean) - mean)
 
 
 def first_order_noise(white: float, correlation: float) -> float:

@@ -82,6 +82,24 @@ def test_what_residuals_tell_beyond_noise_of_inputs_is_the_outputs_own():
         np.testing.assert_allclose(1.0 / one.weight["length"] ** 2, own**2 + variance, rtol=1e-9)
 
 
+@pytest.mark.parametrize("noisy", [1.0, 5.0])
+def test_a_recording_that_tells_no_noise_has_that_of_the_others(noisy):
+    """Also where errors are correlated and the noise of inputs differs. It had had none where the others differ."""
+    campaign, rng = silent(), np.random.default_rng(6)
+    rows, predicted = TUBE.rows_for(campaign), []
+    for k, one in enumerate(rows):
+        error = rng.standard_normal(len(one.time))
+        for i in range(1, len(error)):
+            error[i] = 0.7 * error[i - 1] + np.sqrt(0.51) * error[i]
+        predicted.append({"length": one.measured["length"] - 1e-3 * (noisy if k == 1 else 1.0) * error})
+    predicted[0]["length"] = np.where(np.arange(len(rows[0].time)) < 8, predicted[0]["length"], np.nan)
+    told = with_noise_of_residuals(campaign.recordings, rows, lambda: predicted)
+    own = [1.0 / float(np.max(one.extra[CLEAN]["length"])) for one in told]
+    others = [size for k, size in enumerate(own) if k and campaign.recordings[k].role == "fit"]
+    assert (np.ptp(others) > 0.0) == (noisy > 1.0)
+    assert own[0] == pytest.approx(np.exp(np.mean(np.log(others)))) and own[0] > 5e-4
+
+
 def test_a_recording_for_validation_changes_no_noise_of_a_fit():
     campaign, rng = silent(), np.random.default_rng(4)
     rows = TUBE.rows_for(campaign)

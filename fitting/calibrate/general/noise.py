@@ -52,8 +52,8 @@ def with_noise_of_residuals(
     Recordings of an output tell one noise, or one each where they clearly differ
     (`fitting.inference.partial_pooling`). Fitted ones are judged among themselves. Those for validation are
     judged among all, since they change no fit. Rows that were chosen among more lie apart, and slow misfit
-    would pass for scatter. So such recordings are not asked. They have the noise of the others, where that
-    is one.
+    would pass for scatter. So such recordings are not asked. They have the noise of the others, or the
+    geometric mean of theirs.
 
     Args:
         recordings: recordings as they were read, or reduced.
@@ -90,7 +90,7 @@ def _sizes(told: Mapping[int, _Residuals], fitted: AbstractSet[int], count: int)
     if not tests:
         return found
     sizes = _of(told, tests)
-    found[:] = sizes[0] if np.ptp(sizes) == 0.0 else 0.0
+    found[:] = sizes[0] if np.ptp(sizes) == 0.0 else np.exp(np.mean(np.log(sizes)))
     found[tests] = sizes
     every = sorted(told)
     among_all = _of(told, every)
