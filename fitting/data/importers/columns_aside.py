@@ -103,7 +103,7 @@ def _of_other_unit(grid: Grid, column: int, channels: dict[str, Channel]) -> str
 
 
 def _is_of_a_spring(grid: Grid, column: int) -> bool:
-    """True if a column left aside is in a unit of resistance and changes."""
+    """True if a column left aside is in a unit of resistance and holds numbers."""
     values = grid.values[:, column]
     return dimension(grid.headings[column].unit) == "resistance" and bool(np.isfinite(values).any())
 

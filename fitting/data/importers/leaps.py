@@ -15,7 +15,9 @@ BESIDE = 0.2
 LEAST_ROWS = 8
 """Minimum number of rows of a column that is looked at."""
 FIRST = 4.0
-"""Minimum first step of a temperature over its largest other one [1]. Heat takes time."""
+"""Minimum first rate of a temperature over its largest other one [1]. Heat takes time."""
+FIRST_K = 2.0
+"""Minimum first step of a temperature [K]. Sensors scatter by less."""
 ANEW = 4.0
 """Minimum step of a position that begins anew, over the largest other one [1]."""
 ANEW_OF_RANGE = 0.1
@@ -58,7 +60,8 @@ def question_leaps(columns: Mapping[str, np.ndarray], rows: np.ndarray, making: 
                 " that no reading of the specimen? Then leave this field empty in the file"
             )
         if name.startswith("temperature"):
-            _question_first(name, values[known], rows[known], making)
+            time = columns.get("time_s", rows)[known]
+            _question_first(name, values[known], time, rows[known], making)
     if making.kind == "tube" and {"pressure_kPa", "length_mm"} <= columns.keys():
         _question_still(columns["pressure_kPa"], columns["length_mm"], making)
     if making.kind == "elastomer" and {"strain", "stress_kPa"} <= columns.keys():
@@ -90,10 +93,16 @@ def _alone(values: np.ndarray) -> list[int]:
     return sorted(k for k in found if 0 < k < len(values) - 1)
 
 
-def _question_first(name: str, values: np.ndarray, rows: np.ndarray, making: Making) -> None:
+def _question_first(
+    name: str, values: np.ndarray, time: np.ndarray, rows: np.ndarray, making: Making
+) -> None:
     """Ask about a first temperature far from the second one, as a sensor gives it where it is switched on."""
-    steps = np.abs(np.diff(values))
-    if steps[0] > FIRST * float(steps[1:].max()) and steps[0] > OF_RANGE * float(np.ptp(values[1:])):
+    steps, passed = np.abs(np.diff(values)), np.diff(time)
+    if not np.all(passed > 0.0):
+        passed = np.ones(len(steps))
+    rates = steps / passed
+    is_far = steps[0] > max(FIRST_K, OF_RANGE * float(np.ptp(values[1:])))
+    if is_far and rates[0] > FIRST * float(rates[1:].max()):
         making.warn(
             f"{name} is {values[0]:.4g} in row {rows[0]} and {values[1]:.4g} in row {rows[1]}, and never"
             " changes as fast again: was the first one a reading? If not, leave this field empty in the file"
@@ -153,7 +162,10 @@ def _question_stopped(strain: np.ndarray, stress: np.ndarray, rows: np.ndarray, 
 def _question_anew(
     pair: tuple[str, str], columns: Mapping[str, np.ndarray], rows: np.ndarray, making: Making
 ) -> None:
-    """Ask about a position that leaps from one row to the next while the force goes on as before."""
+    """Ask about a position that leaps from one row to the next while the force goes on as before.
+
+    A stretch that is followed by a rest makes the force leap, too.
+    """
     both = np.flatnonzero(np.isfinite(columns[pair[0]]) & np.isfinite(columns[pair[1]]))
     if both.size < LEAST_ROWS:
         return
@@ -165,7 +177,7 @@ def _question_anew(
     if not (others.max() > 0.0 and leap > ANEW * float(others.max()) and leap > ANEW_OF_RANGE * reach):
         return
     usual = float(np.sum(np.delete(changed, k)) / np.sum(others)) * leap
-    if not changed[k] < FOLLOWS * usual:
+    if not changed[k] < FOLLOWS * usual or changed[k] > float(np.delete(changed, k).max()):
         return
     name, _, unit = pair[0].partition("_")
     at = tuple(f"{x:.4g}{f' {unit}' if unit else ''}" for x in position[k : k + 2])

@@ -142,7 +142,10 @@ class RawFile:
             if self.content.startswith(start):
                 raise unusable(self.path, f"this is {what}, not a table of text; export it as .csv or .xlsx")
         # A logger that loses its power leaves the rest of a block empty.
-        text = _decode(re.sub(rb"\0{4,}\Z", b"", self.content))
+        content = re.sub(rb"\0{4,}\Z", b"", self.content)
+        if b"\0" in content:  # letters of two bytes, of which the last one lost its half
+            content += b"\0" * (len(content) % 2)
+        text = _decode(content)
         if "\0" in text:
             raise unusable(self.path, "this is neither text nor an Excel workbook; export it as .csv")
         text = text.replace("\ufeff", "")  # the mark of the code, where files were put one behind the other

@@ -24,14 +24,16 @@ from .spelling import is_unit, narrow, unit_name
 
 _NUMBER = r"[+-]?(?:\d[\d.,]*\d|\d)(?:[eE][+-]?\d+)?"
 _CORRECTION = re.compile(
-    r"\b(?:offsets?|tare[ds]?|tara|zeroed|zero (?:offset|error|point|reading|value|drift|shift)|"
+    r"(?<!yield )\b(?:offsets?(?! yield)|tare[ds]?|tara|zeroed|zero (?:offset|error|point|reading|value|drift|shift)|"
     r"(?:lead|contact|wiring|cable) (?:resistance|wires?)|"
     r"zuleitung\w*|kabelwiderstand|nullpunkt\w*|nullwert\w*|versatz|"
-    r"factor|multiplier|faktor|korrektur\w*|umrechnungs\w*|facteur|décalage|not applied|uncorrected|"
+    r"(?<!safety )(?<!gauge )(?<!gage )factor|multiplier|faktor|korrektur\w*|umrechnungs\w*|facteur|décalage|not applied|uncorrected|"
     r"drift\w*)\b|(?<!\w)[x×] ?10+\b",
     re.IGNORECASE,
 )
 """Words of a line by whose number readings may have to be changed."""
+_MOMENT = re.compile(r"\b\d{1,4}([-./])\d{1,2}\1\d{1,4}(?!\d)|\b\d{1,2}(?::\d{2}){1,2}(?:[.,]\d+)?")
+"""A date or a time of day, such as that at which a load cell was set to zero."""
 _NEUTRAL = re.compile(r"[+-]?(?:0+(?:[.,]0*)?|1(?:[.,]0*)?)")
 """Numbers that change nothing, as an offset or as a factor."""
 _UNITS = re.compile(r"\b(?:units?|einheit(?:en)?|unités?|unidad(?:es)?|unità)\b", re.IGNORECASE)
@@ -40,8 +42,8 @@ _IN = re.compile(
 )
 """A remark on the unit of some columns: `All displacements in cm`."""
 _SEVERAL = re.compile(
-    r"\b(?:parallel|layers|plies|lagen|schichten|number of (?:specimens|samples|wires|springs)|"
-    r"(?:specimens|samples|wires|springs) (?:per test|tested|at once))\b",
+    r"\b(?:parallel|layers|plies|lagen|schichten|number of (?:specimens|wires|springs)|"
+    r"(?:specimens|samples|wires|springs) (?:per test|at once))\b",
     re.IGNORECASE,
 )
 """Words for several specimens that bear one load."""
@@ -122,7 +124,7 @@ def _of_correction(line: str, value: str, making: Making) -> str:
     options = making.options
     if not _CORRECTION.search(line) or options.scales or options.subtracted or options.circuit:
         return ""
-    numbers = re.findall(_NUMBER, value or line)
+    numbers = re.findall(_NUMBER, _MOMENT.sub(" ", value or line))
     if not numbers or all(map(_NEUTRAL.fullmatch, numbers)):
         return ""
     return (
@@ -155,9 +157,7 @@ def _of_units(line: str, making: Making) -> str:
     return ""
 
 
-def _of_rate(
-    grid: Grid, name: str, value: str, recording: Recording, making: Making
-) -> str:
+def _of_rate(grid: Grid, name: str, value: str, recording: Recording, making: Making) -> str:
     """Question about a rate or an interval of the rows, where the file has no clock."""
     has_clock = "time_s" in recording.columns and not making.clock_counts_rows
     if has_clock or making.options.interval_s is not None or not _RATE.search(name):
@@ -240,5 +240,3 @@ def _assumed(recording: Recording) -> Mapping[str, Any]:
 
 def _plain(text: str) -> str:
     return re.sub(r"[^a-z0-9]", "", text.lower())
-
-
