@@ -21,7 +21,7 @@ from ..actuator.result import Equilibrium, Status, Validity, raise_unless_conver
 from ..nitinol import MartensiteFraction, Resistance, SpringResponse, SpringState
 from ..nitinol.spring import Activation
 from ..nitinol.thermal import Heating
-from ..numerics.safe import as_array, is_concrete, warn_of_pressure
+from ..numerics.safe import as_array, check_number, is_concrete, warn_of_pressure
 from ..precision import require_float64
 from ..program_cache import stored_jit
 from ..simulate.course import check_course
@@ -59,10 +59,12 @@ def solve_chain(
             those of all segments.
 
     Raises:
+        TypeError: if the pressure is no number.
         RuntimeError: if float64 is off, or, with `throw`, if there is no equilibrium. The message names the
             segment (or the loaded chain) and the reason.
         ValueError: if activations or states do not fit the segments and their springs.
     """
+    check_number("pressure", pressure)
     warn_of_pressure(pressure)
     activations, states = _per_segment(chain, activations, states)
     rows = list(zip(_without_loads(chain), activations, states, strict=True))
@@ -174,13 +176,16 @@ def simulate_chain_history(
         time: time [s], shape (rows,); needed by `Heating`.
 
     Raises:
+        TypeError: if the pressures are no numbers.
         ValueError: for an empty history, arrays of different lengths, or time going backwards.
     """
+    check_number("pressure", pressure)
     rows = jnp.shape(pressure)[:1]
     activations, states = _per_segment(chain, activations, states)
     spread = lambda x: jnp.broadcast_to(x, rows) if jnp.ndim(x) == 0 else x  # noqa: E731  # alike in shape
     arguments = list(zip(_without_loads(chain), jax.tree.map(spread, activations), states, strict=True))
     if chain.loaded:
+        warn_of_pressure(pressure)
         check_course(pressure, activations, time)
         results = _loaded_history(chain, jnp.asarray(pressure, dtype=float), arguments, time)
     else:

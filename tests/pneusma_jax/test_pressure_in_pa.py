@@ -36,5 +36,7 @@ def test_what_a_person_may_mean_is_not_warned_of():
             call(0.0)
             call(30e3)
         warn_of_pressure(np.random.default_rng(1).normal(0.0, 20.0, 50))  # a vented sensor
+        for reading in (np.float64(23.4171), 1e-6, np.array([12.3491, 45.6213])):
+            warn_of_pressure(reading)
         warn_of_pressure(np.nan)
         jax.jit(warn_of_pressure)(jnp.asarray(30.0))
