@@ -80,6 +80,18 @@ def test_a_program_that_this_process_has_is_taken_by_others(cache: Path, compile
     assert compiled != []
 
 
+def test_a_number_of_weak_type_takes_the_same_program(cache: Path, compiled: list[str]) -> None:
+    traces: list[int] = []
+    program, x = cached_program(_counted(traces), "twice"), {"a": jnp.arange(3.0)}
+    program(x, jnp.ones(()))
+    weak = jax.jit(lambda: 2.0)()
+    compiled.clear()
+    assert weak.weak_type
+    for number in (weak, 2.0, np.float64(2.0)):
+        np.testing.assert_array_equal(program(x, number)["sum"], np.arange(3.0) + 4.0)
+    assert len(traces) == 1 and not compiled and len(list(cache.glob("*.stablehlo"))) == 1
+
+
 def test_a_program_of_single_precision_is_another(cache: Path) -> None:
     """Arrays that it makes inside have another type, whatever those of its arguments are."""
     made, argument = (lambda a: {"made": jnp.zeros(2), "a": a}), np.ones(2, np.float32)

@@ -47,6 +47,15 @@ def test_the_figures_are_those_that_can_be_drawn_in_order():
     assert all(entry.statements for entry in ENTRIES)
 
 
+def test_figures_of_laws_alone_compile_nothing(compiled):
+    bench = Bench()
+    compiled.clear()
+    for entry in ENTRIES:
+        if entry.number in "2.6 2.10 2.12 2.13 2.15 2.16 2.17 2.19 3.10".split():
+            entry.draw(bench)
+            assert [judge(statement, bench) for statement in entry.statements] and not compiled, entry.number
+
+
 @pytest.mark.parametrize("number", NUMBERS)
 def test_a_statement_gives_a_finite_number_and_the_verdict_of_its_tolerance(judged, number):
     found = judged[number]
