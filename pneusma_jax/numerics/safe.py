@@ -182,7 +182,7 @@ LEAST_PA, MOST_PA = 100.0, 5e6
 """Largest pressure of a call below which a person rather means kPa, and above which silicone has long burst
 [Pa]. Soft gels inflate at 1 kPa."""
 SMALLEST_PA = 1e-3
-"""Smallest pressure of a call for which a person may mean another unit [Pa]; steps of derivatives are less."""
+"""Smallest pressure of a call that may be meant in another unit [Pa]. Steps of derivatives are smaller."""
 WRITTEN_DIGITS = 4
 """Maximum number of significant digits of most numbers that a person writes."""
 

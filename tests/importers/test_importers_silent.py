@@ -99,6 +99,10 @@ ORDINARY = {
     "a silicone that is taken": ("Material: Dragon Skin 10 Fast\nTime (s),Pressure (kPa),Length (mm)\n" + table(TIME, PRESSURE, LENGTH), TUBE),
     "a rate beside a clock": ("Sampling rate: 10 Hz\n" + PULL_HEAD + table(TIME, EXTENSION, FORCE), COUPON),
     "steps of a pressure": ("Time (s),Pressure (kPa),Length (mm)\n" + table(TIME, 10.0 * (K // 8), 56.0 + (K // 8)), TUBE),
+    "moments and words": ("Zeroed: 2024-05-01 10:15:00\nOffset yield: 0.2 %\nSafety factor: 3\n" + PULL_HEAD + table(TIME, EXTENSION, FORCE), COUPON),
+    "a relaxation": (PULL_HEAD + table(TIME, np.where(K < 4, 0.01 * K, 10.0 + 0.01 * K), np.where(K < 4, 0.0, 2.0 * np.exp(-K / 30.0))), COUPON),
+    "a temperature that stays": ("Time (s),Temperature (°C),Strain (%),Stress (MPa)\n" + table(TIME, with_one(np.full(N, 25.1), 0, 25.0), 100.0 * SHRUNK, np.full(N, 150.0)), ()),
+    "a first wait": ("Time (s),Temperature (°C),Strain (%),Stress (MPa)\n" + table(600.0 * (K > 0) + 60.0 * K, with_one(WARM + 35.0, 0, 22.0), 100.0 * SHRUNK, np.full(N, 150.0)), ()),
     "pulls that end at once": (PULL_HEAD + table(TIME, 15.0 * (K % 12) / 11.0, FORCE[2 * (K % 12)]), COUPON),
 }  # fmt: skip
 
@@ -107,7 +111,7 @@ ORDINARY = {
 def test_ordinary_lines_and_courses_are_not_asked_about(put, name):
     content, sizes = ORDINARY[name]
     kept = checks(import_file(put("a.csv", content), make_options(dimensions=sizes)))
-    assert not [note for note in kept if any(word in note for word in ("speaks of", "states ", "was not read", "leaps", " alone", "--interval"))]
+    assert not [note for note in kept if any(word in note for word in ("speaks of", "states ", "was not read", "leaps", " alone", "--interval", "as fast again"))]
 
 
 def clocked(form):
@@ -120,6 +124,7 @@ CLOCKS = {
     "1 min 30 sec": lambda s: f"{int(s) // 60} min {int(s) % 60} sec",
     "1'30\"": lambda s: f"{int(s) // 60}'{int(s) % 60:02d}\"",
     "PT1M30S": lambda s: f"PT{int(s) // 60}M{int(s) % 60}S",
+    "0h01": lambda s: f"{int(6.0 * s) // 60}h{int(6.0 * s) % 60:02d}",
     "00:01:30.5": lambda s: f"00:{int(s) // 60:02d}:{s % 60.0:04.1f}",
     "1:30": lambda s: f"{int(s) // 60}:{int(s) % 60:02d}",
 }
@@ -128,7 +133,7 @@ CLOCKS = {
 @pytest.mark.parametrize("form", CLOCKS)
 def test_elapsed_times_with_letters_are_clocks(put, form):
     recording = import_file(put("a.csv", clocked(CLOCKS[form])), make_options(dimensions=COUPON))
-    as_it_was(recording, time_s=5.0 * TIME, stress_kPa=STRESS)
+    as_it_was(recording, time_s=(360.0 if form == "0h01" else 1.0) * 5.0 * TIME, stress_kPa=STRESS)
 
 
 def test_units_that_change_behind_the_numbers_are_converted_and_asked_about(put):

@@ -37,8 +37,8 @@ _LETTERED = re.compile(
     r"(?:(?P<ms>\d+)\s*ms)?(?P<bare>\d+(?:[.,]\d+)?)?",
     re.IGNORECASE,
 )
-"""Elapsed times whose parts stand before letters or strokes: `1m30s`, `2 h 5 min`, `1'30"`, `PT1M30S`. The last
-one may have none: `1m30`, `1h30`."""
+"""Elapsed times whose parts stand before letters or strokes: `1m30s`, `2 h 5 min`, `1'30"`, `PT1M30S`. The
+last one may have none: `1m30`, `1h30`."""
 _NEXT = {"h": "min", "min": "s"}
 """Unit of a last part without letters, by that of the part before it."""
 _IN_SECONDS = {"d": DAY_S, "h": HOUR_S, "min": 60.0, "s": 1.0, "ms": 1e-3}

@@ -24,10 +24,12 @@ from .spelling import is_unit, narrow, unit_name
 
 _NUMBER = r"[+-]?(?:\d[\d.,]*\d|\d)(?:[eE][+-]?\d+)?"
 _CORRECTION = re.compile(
-    r"(?<!yield )\b(?:offsets?(?! yield)|tare[ds]?|tara|zeroed|zero (?:offset|error|point|reading|value|drift|shift)|"
+    r"(?<!yield )\b(?:offsets?(?! yield)|tare[ds]?|tara|zeroed|"
+    r"zero (?:offset|error|point|reading|value|drift|shift)|"
     r"(?:lead|contact|wiring|cable) (?:resistance|wires?)|"
     r"zuleitung\w*|kabelwiderstand|nullpunkt\w*|nullwert\w*|versatz|"
-    r"(?<!safety )(?<!gauge )(?<!gage )factor|multiplier|faktor|korrektur\w*|umrechnungs\w*|facteur|décalage|not applied|uncorrected|"
+    r"(?<!safety )(?<!gauge )(?<!gage )factor|multiplier|"
+    r"faktor|korrektur\w*|umrechnungs\w*|facteur|décalage|not applied|uncorrected|"
     r"drift\w*)\b|(?<!\w)[x×] ?10+\b",
     re.IGNORECASE,
 )
