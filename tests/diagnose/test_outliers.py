@@ -81,7 +81,7 @@ def test_outliers_are_looked_for_again_under_the_noise_that_is_found(monkeypatch
             return self
 
     found = {"without_outliers": lambda p, _: Known(p.sigma, (1,) if p.sigma < 0.1 else p.outliers),
-             "with_noise_of": lambda p, _: Known(0.05, p.outliers)}  # fmt: skip
+             "with_noise_of": lambda p, *_: Known(0.05, p.outliers)}  # fmt: skip
     for name, instead in found.items():
         monkeypatch.setattr(base_fit, name, instead)
     fit = SimpleNamespace(u=np.zeros(1), evaluation=None, slugs=())

@@ -47,6 +47,15 @@ def test_one_noisy_recording_hides_no_misfit_in_the_others():
     assert sizes == pytest.approx([5.0, 1.0, 1.0, 1.0], rel=0.3) and found.final.slugs == (CONSTANT,)
 
 
+def test_fast_misfit_of_one_recording_is_no_noise_of_its_own():
+    """Six rows for each wave, of 8 sd. It had passed for noise of that recording, and nothing was named."""
+    world, rng = tubes(effects=(CONSTANT, DELAY), stated=False), np.random.default_rng(0)
+    waves = np.zeros_like(world.effects[CONSTANT])
+    waves[0, :, 0] = np.sqrt(2.0) * np.cos(20.0 * np.pi * np.linspace(0.0, 1.0, waves.shape[1]))
+    world = World(world.base, world.effects | {CONSTANT: waves}, stated=False)
+    assert explain(world.program(world.truth(rng, **{CONSTANT: 8.0})), rng).final.slugs == (CONSTANT,)
+
+
 def test_a_stated_noise_stays():
     world = strong()
     program, _ = base_fit(world.program(world.truth(np.random.default_rng(1), **{CONSTANT: 3.0})))

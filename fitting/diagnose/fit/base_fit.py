@@ -12,7 +12,7 @@ from ..evaluate.evaluation import TRAJECTORY, row_count
 from ..evaluate.program import Program
 from ..evaluate.unknowns import Unknowns
 from ..settings import DEFAULT
-from .campaign_noise import with_noise_of
+from .campaign_noise import recordings_differ, with_noise_of
 from .evidence import inflation_of
 from .misfit import reduced
 from .outliers import without_outliers
@@ -169,11 +169,11 @@ def fit_with_noise(program: Program, fit: Fit) -> tuple[Program, Fit]:
     return program, Refitter(program).fit(fit.slugs, fit.u)
 
 
-def _with_noise(program: Program, fit: Fit) -> tuple[Program, Fit]:
-    """See `fit_with_noise`, with the fit that the last noise was told about."""
+def _with_noise(program: Program, fit: Fit, apart: bool = False) -> tuple[Program, Fit]:
+    """See `fit_with_noise` and `with_noise_of`; returns the fit that the last noise was told about."""
     for left in reversed(range(BASE_FIT.noise_rounds)):
         program = without_outliers(program, fit.evaluation)  # under the noise that is known so far
-        program = with_noise_of(program, fit.evaluation).prepared(fit.u, fit.evaluation)
+        program = with_noise_of(program, fit.evaluation, apart).prepared(fit.u, fit.evaluation)
         if program.process_noise.shape[1]:
             program.count_input_noise(fit.u)
         if left:
@@ -187,16 +187,22 @@ def quieter_beside(program: Program, fit: Fit) -> Program | None:
     The base model's slow misfit passes for correlated noise where nobody states the noise. Once effects
     explain it, it is none. What is left of an instrument's noise then is what `characterise` judges by.
 
+    Only here recordings that clearly differ have a noise each. Before names are tried, fast misfit in one of
+    them would pass for its noise.
+
     Args:
         program: program of the campaign, with the noise about its base model.
-        fit: model with the named effects.
+        fit: model with the named effects; the base model where there are none.
 
     Returns:
-        The program; None where no name is given, every noise is stated, or the noise is much the same.
+        The program; None where every noise is stated, or the noise is much the same.
     """
-    if not fit.slugs or program.noise_stated:
+    if program.noise_stated:
         return None
-    other, _ = _with_noise(program, fit)
+    differ = recordings_differ(program, fit.evaluation)
+    if not fit.slugs and not differ:
+        return None
+    other, _ = _with_noise(program, fit, apart=True)
     channels = zip(program.recordings, program.bare, other.bare, strict=True)
     ratios = [
         float(np.median(before.sigma[there]) / np.median(after.sigma[there]))
@@ -205,4 +211,4 @@ def quieter_beside(program: Program, fit: Fit) -> Program | None:
         if not recording.noise_si(before.quantity)
         and (there := np.isfinite(before.sigma) & np.isfinite(after.sigma)).any()
     ]
-    return other if max(ratios, default=0.0) > CHANCE.scatter_ratio else None
+    return other if differ or max(ratios, default=0.0) > CHANCE.scatter_ratio else None

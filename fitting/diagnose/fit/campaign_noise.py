@@ -12,20 +12,50 @@ from ..evaluate.evaluation import Evaluation, row_count
 from ..evaluate.instruments import Series, each_of_its_size, instrument_of, series_of
 from ..evaluate.program import Program
 
+Member = tuple[int, int, Series]
+"""Numbers of a recording and of its channel, and the errors of this channel."""
 
-def with_noise_of(program: Program, here: Evaluation) -> Program:
+
+def with_noise_of(program: Program, here: Evaluation, apart: bool = False) -> Program:
     """The program with the noise that all recordings of an instrument show once a model is fitted.
 
-    Where nobody states it, recordings that clearly differ have one each (`each_of_its_size`).
     A resistance that latent trajectories follow shows no errors, so its first estimate stays
     (`high_frequency_noise`).
 
     Args:
         program: program of the campaign; it is not changed.
         here: the fitted model.
+        apart: true to give recordings that clearly differ a noise each where nobody states it
+            (`each_of_its_size`).
     """
-    bare, size = [list(row) for row in program.bare], program.stacked.mask.shape[1]
-    groups: dict[tuple[str, bool], list[tuple[int, int, Series]]] = {}
+    bare = [list(row) for row in program.bare]
+    for (_, unstated), members in _groups(program, here).items():
+        series = [one for _, _, one in members]
+        noise = instrument_of(series + _samples(program, members))
+        each = each_of_its_size(series, noise) if noise and unstated and apart else None
+        if each is not None:
+            noise, series = instrument_of(each), each
+        for (k, j, _), one in zip(members, series, strict=True) if noise else ():
+            bare[k][j] = noise.applied_to(bare[k][j], one)
+    copy = replace(program, bare=bare)
+    copy.count_input_noise(here.u)
+    return copy
+
+
+def recordings_differ(program: Program, here: Evaluation) -> bool:
+    """True if a noise that nobody states clearly differs between recordings; arguments as `with_noise_of`."""
+    for (_, unstated), members in _groups(program, here).items():
+        series = [one for _, _, one in members]
+        noise = instrument_of(series) if unstated else None
+        if noise and each_of_its_size(series, noise) is not None:
+            return True
+    return False
+
+
+def _groups(program: Program, here: Evaluation) -> dict[tuple[str, bool], list[Member]]:
+    """Errors of all channels by quantity, and whether nobody states their noise."""
+    bare, size = program.bare, program.stacked.mask.shape[1]
+    groups: dict[tuple[str, bool], list[Member]] = {}
     for k, (recording, hidden) in enumerate(zip(program.recordings, program.followed(here), strict=True)):
         shape = len(program.channels[k]), size
         readings = chosen_readings(recording)
@@ -41,20 +71,10 @@ def with_noise_of(program: Program, here: Evaluation) -> Program:
                 one = replace(one, readings=readings)
             key = channel.quantity, stated is None
             groups.setdefault(key, []).append((k, j, one.less(taken[j])))
-    for (_, unstated), members in groups.items():
-        series = [one for _, _, one in members]
-        noise = instrument_of(series + _samples(program, members))
-        each = each_of_its_size(series, noise) if noise and unstated else None
-        if each is not None:
-            noise, series = instrument_of(each), each
-        for (k, j, _), one in zip(members, series, strict=True) if noise else ():
-            bare[k][j] = noise.applied_to(bare[k][j], one)
-    copy = replace(program, bare=bare)
-    copy.count_input_noise(here.u)
-    return copy
+    return groups
 
 
-def _samples(program: Program, members: list[tuple[int, int, Series]]) -> list[Series]:
+def _samples(program: Program, members: list[Member]) -> list[Series]:
     """The samples behind rows that are means, where their noise is stated."""
     found = []
     for k, j, one in members:
