@@ -147,6 +147,13 @@ def test_units_that_change_behind_the_numbers_are_converted_and_asked_about(put)
     assert any("8 rows in Pa, 16 rows in kPa" in note for note in checks(recording))
 
 
+def test_commas_that_may_be_thousands_are_refused_beside_units_that_change(put):
+    pulls = [f"{1e3 * f:,.0f} mN" if f < 2.0 else f"{f:.0f} N" for f in 3.0 * FORCE]
+    rows = table(TIME, EXTENSION, pulls, mark=";")
+    assert "are no numbers" in refusal(put("a.csv", "Time (s);Extension (mm);Force\n" + rows), dimensions=COUPON)
+    assert import_file(put("b.csv", "Time (s);Extension (mm);Force\n" + rows.replace("494 mN", "0,494 N")), make_options(dimensions=COUPON))
+
+
 def test_milligrams_are_a_thousandth_of_grams(put):
     recording = import_file(put("a.csv", "Time (s),Extension (mm),Load (mg)\n" + table(TIME, EXTENSION, FORCE / 9.80665e-6)), make_options(dimensions=COUPON))
     as_it_was(recording, stress_kPa=STRESS)

@@ -168,6 +168,9 @@ def _parts(text: str) -> re.Match[str] | None:
     return found if is_number else None
 
 
+_GROUPED = re.compile(r"[+-]?[1-9]\d{0,2}(?:,\d{3})+(?!\d)")
+
+
 @dataclass(frozen=True)
 class _Column:
     """A column of numbers with units.
@@ -238,8 +241,10 @@ def _stripped(
     for column, found in columns.items():
         if parse_heading(header[column]).unit is None:
             rows[at][column] = f"{header[column]} ({found.unit})"
-        commas = any(re.search(r"\d,\d", fields[i][column]) for i in found.units)
+        commas = [text for i in found.units if re.search(r"\d,\d", text := fields[i][column])]
         points = any(re.search(r"\d\.\d", fields[i][column]) for i in found.units)
+        if found.is_mixed and commas and not points and all(map(_GROUPED.match, commas)):
+            return page, []  # thousands or decimals: their sizes are not compared across units
         for i, unit in found.units.items():
             parts = _parts(fields[i][column])
             text = parts["number"].strip() if parts else fields[i][column].strip()
