@@ -206,7 +206,7 @@ def _lettered_parts(text: str) -> dict[str, float]:
         return {}
     parts = {unit: float(part.replace(",", ".")) for unit, part in found.groupdict().items() if part}
     if (bare := parts.pop("bare", None)) is not None:
-        smallest = list(parts)[-1]
+        smallest = next(reversed(parts), "")  # none in `P5`, the name of a specimen
         if smallest not in _NEXT:
             return {}
         parts[_NEXT[smallest]] = bare
