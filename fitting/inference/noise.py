@@ -236,22 +236,42 @@ def _moves_vary(steps: np.ndarray) -> bool:
     return bool(selected.mean() > UNEVEN)
 
 
-def _stands_often(stands: np.ndarray) -> bool:
-    """True if readings stand still repeatedly, by the lengths of all stretches, and not at turns only."""
-    return bool(np.sum(stands > 1) >= STANDS and np.mean(stands > 1) > STOOD)
+def _stands_often(moves: np.ndarray) -> bool:
+    """True if readings stand still repeatedly, and not at turns or in the holds of a protocol only.
+
+    Args:
+        moves: signed moves from each reading to the next; exactly 0 where it stands still.
+    """
+    stood = (standing(moves) > 1) & ~_held(moves)
+    return bool(np.sum(stood) >= STANDS and np.mean(stood) > STOOD)
+
+
+def _held(moves: np.ndarray) -> np.ndarray:
+    """True for each stretch of equal readings that a straight ramp ends or leaves.
+
+    A ramp that moves equally in every row is faster than its rounding, so it is not rounding that holds the
+    next three readings or more. Arguments as `_stands_often`.
+    """
+    stands, size = standing(moves), np.abs(moves)
+    ends = np.cumsum(stands)  # number of the move that ends each stretch, counted from one
+    goes_on = np.zeros(len(moves) + 1, bool)
+    goes_on[1:-1] = (size[1:] > 0.0) & (np.abs(np.diff(moves)) <= EVEN * size[1:])
+    before, after = np.zeros((2, len(stands)), bool)
+    after[:-1] = goes_on[ends[:-1]]
+    before[1:] = goes_on[ends[:-1] - 1]
+    return (stands > 2) & (before | after)
 
 
 def _step(values: np.ndarray) -> float:
     """One step of readings in their order, see `least_step`."""
     if len(values) < FEWEST_OF_ORDER:
         return 0.0
-    least, moves = common_step(values), np.abs(np.diff(values))
-    moves[moves <= SAME * np.max(np.abs(values))] = 0.0
-    stands = standing(moves)
+    least, moves = common_step(values), np.diff(values)
+    moves[np.abs(moves) <= SAME * np.max(np.abs(values))] = 0.0
     if least > 0.0:
-        return least if _moves_vary(np.round(np.diff(values) / least)) or _stands_often(stands) else 0.0
-    slow = _stands_often(stands) and np.median(stands) > 1.0
-    return float(moves[moves > 0.0].min()) if slow else 0.0
+        return least if _moves_vary(np.round(np.diff(values) / least)) or _stands_often(moves) else 0.0
+    slow = _stands_often(moves) and np.median(standing(moves)) > 1.0
+    return float(np.abs(moves[moves != 0.0]).min()) if slow else 0.0
 
 
 def _uniform(*shape: int) -> np.ndarray:

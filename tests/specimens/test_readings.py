@@ -67,9 +67,10 @@ def test_numbers_of_three_digits_have_larger_steps_where_they_are_larger():
         np.interp(RAMP, [0.0, 0.3, 0.7, 1.0], [0.0, 1.0, 1.0, 0.0]),
         np.exp(RAMP),
         np.cumsum(np.repeat([1.0, 3.0], 150)),
+        np.interp(np.arange(150.0), [3, 6, 46, 49, 89, 92, 132, 141], [0.0, 0.3, 0.3, 0.6, 0.6, 0.9, 0.9, 0.0]),
         np.random.default_rng(0).standard_normal(300),
     ],
-    ids=["straight", "held", "curved", "two rates", "noise"],
+    ids=["straight", "held", "curved", "two rates", "fast ramps and holds", "noise"],
 )
 def test_courses_that_are_not_rounded_have_no_step(values):
     assert not least_step(values).any() and rounding_noise(values) == 0.0
