@@ -19,7 +19,7 @@ from .report import Picture
 CAPTION = (
     "Chi-square above its least value over one parameter when all others follow it. Dashed: the "
     "parabola of its standard error. Upright lines: the quoted 90 % interval. Open: the others stopped at a "
-    "kink, so that it may lie lower."
+    "kink, so that it may lie lower. Points that rise much higher lie above a panel."
 )
 MOST_DRAWN = 12
 """Maximum number of profiles that are drawn: three rows of four. Those that are no parabolas come first."""
@@ -79,7 +79,8 @@ def figure(result: Profiled) -> Figure:
             panel.axvline(end, color=house.GREY, linewidth=0.8)
         panel.set_xlabel(f"{name} [{unit}]")
         panel.set_ylabel("rise of chi-square [1]")
-        panel.set_ylim(bottom=-0.2)
+        highest = min(1.05 * float(np.max(profile.rise)), 2.0 * HIGH**2 * profile.rise_per_sd)
+        panel.set_ylim(-0.02 * highest, highest)  # a far point would flatten the rest
         panel.locator_params(axis="x", nbins=5)
     return drawn
 

@@ -14,6 +14,8 @@ def test_terms_of_a_relaxation_stand_together_the_shortest_time_first():
     sizes = {"g_1": 0.08, "g_2": 0.2, "g_3": 0.06, "tau_1": 85.0, "tau_2": 0.3, "tau_3": 15.0}
     found = Found("viscoelastic_relaxation", 0.9, 9.0, {n: {"value": x} for n, x in sizes.items()}, [], "")
     assert in_order(found) == ["g_2", "tau_2", "g_3", "tau_3", "g_1", "tau_1"]
+    found.parameters["g_2"]["value"] = 0.0
+    assert in_order(found)[-2:] == ["g_2", "tau_2"]
     plain = Found("strain_stiffening", 0.9, 9.0, {"c_2": {"value": 1.0}, "c_3": {"value": 0.0}}, [], "")
     assert in_order(plain) == ["c_2", "c_3"]
     assert in_order(Found("unmodelled", 0.9, 9.0, {}, [], "")) == []

@@ -1,5 +1,7 @@
 """One interval of a constant at every place of a report: table, sentence, figure and numbers of its profile."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -47,6 +49,13 @@ def test_the_figure_and_the_numbers_have_the_intervals_of_the_table(result):
         np.testing.assert_allclose(document[f"interval_{percent}_SI"], quoted)
     assert interval_text(result.parameters["G_m"]) == shown.interval(result, "G_m").removesuffix(" GPa")
     assert ends[1] > 1e-9 * result.profiles["G_m"].quoted(90)[1] + 0.05  # the sides do differ here
+
+
+def test_a_point_far_above_does_not_flatten_its_panel(result):
+    far = result.profiles["G_m"]
+    result.profiles["G_m"] = replace(far, rise=np.where(far.rise == 3.5, 6000.0, far.rise))
+    (panel,) = shown.figure(result).axes
+    assert 9.0 < panel.get_ylim()[1] < 30.0
 
 
 def bound_at(points):

@@ -69,11 +69,14 @@ def effect_table(conclusion: Conclusion, found: Found) -> Table:
 
 
 def in_order(found: Found) -> list[str]:
-    """Names of an effect's parameters. Numbers of a term stand together, the shortest time first."""
+    """Names of an effect's parameters. Numbers of a term stand together, the shortest time first.
+
+    Terms of size 0 follow the others, since their times mean nothing.
+    """
     there = found.parameters
     known = () if found.slug == UNMODELLED else CATALOGUE[found.slug].alike
     terms = [term for term in known if set(term) <= set(there)]
-    terms.sort(key=lambda term: there[term[0]]["value"])
+    terms.sort(key=lambda term: (not all(there[name]["value"] for name in term), there[term[0]]["value"]))
     of_terms = [name for term in terms for name in sorted(term)]
     return [*of_terms, *(name for name in there if name not in of_terms)]
 
