@@ -303,7 +303,7 @@ def test_exports_of_machines_with_several_specimens(put, shape, sizes):
 def test_a_name_for_several_specimens_is_said(put):
     recordings = import_tests(put("a.csv", text(repeated_rows())), make_options(specimen="batch 7"))
     assert {recording.specimen for recording in recordings} == {"batch 7"}
-    assert all(any("--specimen batch 7 names none of the tests" in n for n in recording.notices) for recording in recordings)
+    assert all(any("--specimen batch 7 names no test of this file" in n for n in recording.notices) for recording in recordings)
 
 
 def repeated_rows():

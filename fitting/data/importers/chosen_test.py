@@ -33,7 +33,7 @@ def selected_test(samples: list[Sample], options: Options) -> tuple[list[Sample]
         return samples, options
     hits = [s for s in samples if wanted.casefold() in (s.title.casefold(), slug(s.title).casefold())]
     if len(hits) != 1:
-        warning = f"check: --specimen {wanted} names none of the tests in this file: it is the specimen of all"
+        warning = f"check: --specimen {wanted} names no test of this file: it is the specimen of all of them"
         own = any(sample.own_specimen for sample in samples)
         return [replace(s, notices=(*s.notices, warning)) if own else s for s in samples], options
     titles = ", ".join(repr(sample.title) for sample in samples)
