@@ -3,6 +3,7 @@
 import base64
 import json
 import math
+import re
 import textwrap
 from collections import Counter
 from collections.abc import Mapping
@@ -10,6 +11,7 @@ from functools import cache, partial, singledispatch
 from typing import Any
 
 import jinja2
+import markupsafe
 import numpy as np
 
 from fitting.data.publish import MARK
@@ -95,13 +97,18 @@ def _templates() -> jinja2.Environment:
         "section": Section, "cell": Cell,
     }  # fmt: skip
     templates.tests |= {name: partial(_is, kind) for name, kind in kinds.items()}
-    templates.filters |= {"data_uri": data_uri, "numeric_columns": numeric_columns}
+    templates.filters |= {"data_uri": data_uri, "numeric_columns": numeric_columns, "typed": typed}
     templates.globals |= {"LONGEST_UNBROKEN": LONGEST_UNBROKEN}
     return templates
 
 
 def _is(kind: type, block: object) -> bool:
     return isinstance(block, kind)
+
+
+def typed(sentence: str) -> markupsafe.Markup:
+    """A sentence for a page, escaped; what stands between backticks is set as what one types."""
+    return markupsafe.Markup(re.sub("`([^`]+)`", r"<code>\1</code>", str(markupsafe.escape(sentence))))
 
 
 def data_uri(picture: Picture) -> str:

@@ -53,6 +53,11 @@ def report(*blocks, **others):
     return Report("Title", "what was done", ["It agrees."], [Section("Part", blocks)], **others)
 
 
+def test_what_one_types_is_set_as_code_on_a_page_and_escaped():
+    assert render.typed("say `a <b>` or `c`") == "say <code>a &lt;b&gt;</code> or <code>c</code>"
+    assert Page(render.page(report("type `pneusma effects`"))).texts["code"] == ["pneusma effects"]
+
+
 def test_every_text_of_a_page_is_escaped():
     found = Report(
         NAME, NAME, [NAME], warnings=[NAME], footer=NAME, window=NAME,

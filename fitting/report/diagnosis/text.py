@@ -81,7 +81,8 @@ def race(conclusion: Conclusion) -> str:
         return ""
     base, named = x.left_out
     return (
-        "Fitted recordings, or parts of them, were predicted by fits without them. The reduced chi-square is "
+        "To choose effects, fitted recordings or parts of them were predicted by fits without them. These "
+        "need not be the parts that the table is of, so the numbers differ. The reduced chi-square is "
         f"{number(base)} by the base model and {number(named)} with {joined(x.final.slugs)}. A model "
         f"discrepancy ({discrepancy.quantity.replace('_', ' ')} as a smooth function of "
         f"{discrepancy.driver.replace('_', ' ')}) "
