@@ -1,6 +1,7 @@
 """Rendering of a `Report`: text for a terminal, a page for a browser, JSON, files for a folder."""
 
 import base64
+import html
 import json
 import math
 import re
@@ -11,7 +12,6 @@ from functools import cache, partial, singledispatch
 from typing import Any
 
 import jinja2
-import markupsafe
 import numpy as np
 
 from fitting.data.publish import MARK
@@ -106,9 +106,9 @@ def _is(kind: type, block: object) -> bool:
     return isinstance(block, kind)
 
 
-def typed(sentence: str) -> markupsafe.Markup:
-    """A sentence for a page, escaped; what stands between backticks is set as what one types."""
-    return markupsafe.Markup(re.sub("`([^`]+)`", r"<code>\1</code>", str(markupsafe.escape(sentence))))
+def typed(sentence: str) -> str:
+    """A sentence as HTML, escaped here; what stands between backticks is set as what one types."""
+    return re.sub("`([^`]+)`", r"<code>\1</code>", html.escape(sentence))
 
 
 def data_uri(picture: Picture) -> str:
