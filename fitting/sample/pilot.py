@@ -9,6 +9,7 @@ through the pilot's points: Simpson's rule over the slope must give the change o
 chains that follow gradients take over. If not, the posterior has kinks or steps, and emcee stays.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import equinox as eqx
@@ -18,6 +19,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from fitting.inference.numbers import number
+from pneusma_jax.errors import counted
 
 from .chart import PROBES, choose_chart
 from .convergence import BURN_LENGTHS, LENGTHS, assess
@@ -30,6 +32,8 @@ from .unbounded import WhitenedMaps
 STEPS = 200
 """Number of steps of the pilot. Autocorrelation times above some 20 steps are then underestimated, which
 favours emcee."""
+SAID = 20
+"""Number of steps of the pilot between two words on its progress."""
 GRADIENTS = 8
 """Number of gradients of one draw (measured in whitened coordinates: 3 to 7 in 1 to 5 dimensions)."""
 DRAWS = 600
@@ -65,21 +69,28 @@ class Choice:
     chains: Ensembles | None
 
 
-def pilot(target: Target, found: Laplace, settings: Settings) -> Choice:
+def pilot(
+    target: Target, found: Laplace, settings: Settings, tell: Callable[[str], None] = lambda _: None
+) -> Choice:
     """Choose between emcee and chains that follow gradients.
 
     Args:
         target: target to sample.
         found: Laplace approximation of the target.
         settings: resolved settings, with sampler "auto".
+        tell: called with a word for each step that begins.
 
     Raises:
         InputError: if no usable starting points are found.
     """
     own = replace(settings, sampler="emcee")
     ensembles = Ensembles(target, own)
+    tell("starting points")
     ensembles.begin(found)
-    ensembles.advance(min(STEPS, settings.max_steps))
+    steps = min(STEPS, settings.max_steps)
+    for done in range(0, steps, SAID):
+        tell(f"a pilot of emcee, {done} of {counted(steps, 'step')}")
+        ensembles.advance(min(SAID, steps - done))
     tau = float(np.max(assess(ensembles.judged).tau))
     lengths = (LENGTHS + BURN_LENGTHS) * (tau if np.isfinite(tau) else STEPS)
     emcee = lengths * settings.walkers * settings.ensembles
@@ -87,6 +98,7 @@ def pilot(target: Target, found: Laplace, settings: Settings) -> Choice:
     if emcee < GAIN * nuts:
         why = f"emcee: a pilot expects it to converge after some {number(emcee, '.1g')} evaluations."
         return Choice(own, why, ensembles)
+    tell("slopes of the log-density, for chains that would follow them")
     smooth = _smooth_segments(target, found, ensembles.coordinates[:, -1].reshape(-1, target.dimension), own)
     if smooth < SMOOTH:
         why = (

@@ -2,13 +2,15 @@
 
 import math
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from fitting.inference.parameters import Parameters
+from fitting.inference.progress import Steps
 from pneusma_jax.errors import InputError
 from pneusma_jax.precision import require_float64
 
@@ -68,10 +70,12 @@ def sample(
     file = None if file is None else Path(file)
     if resume and file is None:
         raise ValueError("Argument `file` must be given with `resume`, but it is None.")
-    approximation = laplace(target, _vector(target, start))
-    _check_proper(target, approximation)
-    began, state = time.monotonic(), None
-    chains = _chains(target, approximation, settings, file, resume)
+    with Steps("preparing chains") if progress is not False else nullcontext(_unsaid) as tell:
+        tell("the log-density about the fit")
+        approximation = laplace(target, _vector(target, start))
+        _check_proper(target, approximation)
+        began, state = time.monotonic(), None
+        chains = _chains(target, approximation, settings, file, resume, tell)
     with SamplingBar(progress, settings.max_steps, chains.steps) as bar:
         for goal in _assessments(settings.chunk, settings.max_steps):
             if goal < chains.steps:
@@ -99,11 +103,20 @@ def sample(
     )
 
 
+def _unsaid(step: str) -> None:
+    """Say nothing of a step that begins."""
+
+
 def _chains(
-    target: Target, approximation: Laplace, settings: Settings, file: Path | None, resume: bool
+    target: Target,
+    approximation: Laplace,
+    settings: Settings,
+    file: Path | None,
+    resume: bool,
+    tell: Callable[[str], None],
 ) -> Chains:
     """New or continued chains. Their `why` states who chose the sampler: the stored chain, the caller or a
-    pilot."""
+    pilot. `tell` is called with a word for each step that begins."""
     if resume:
         stored = settings_of(file)["sampler"]
         sampler = stored if settings.sampler == "auto" else settings.sampler
@@ -113,7 +126,7 @@ def _chains(
         return chains
     why = f"{settings.sampler}, as was asked for."
     if settings.sampler == "auto":
-        choice = pilot(target, approximation, settings)
+        choice = pilot(target, approximation, settings, tell)
         if choice.chains is not None:
             choice.chains.why = choice.why
             choice.chains.store_in(file)
@@ -121,6 +134,7 @@ def _chains(
         settings, why = choice.settings, choice.why
     chains = CHAINS[settings.sampler](target, settings, file)
     chains.why = why
+    tell("starting points")
     chains.begin(approximation)
     return chains
 

@@ -150,10 +150,10 @@ def test_draws_of_the_prior_are_those_of_the_values():
         draw_prior(Target.from_log_likelihood(constant, free), 5, 0)
 
 
-def chosen(log_likelihood, parameters, **settings) -> tuple[str, str]:
+def chosen(log_likelihood, parameters, tell=lambda _: None, **settings) -> tuple[str, str]:
     target = Target.from_log_likelihood(log_likelihood, parameters)
     resolved = Settings(**settings).resolved(target.dimension)
-    choice = pilot(target, laplace(target, target.pack(parameters)), resolved)
+    choice = pilot(target, laplace(target, target.pack(parameters)), resolved, tell)
     return choice.settings.sampler, choice.why
 
 
@@ -173,5 +173,8 @@ def test_a_pilot_chooses_gradients_only_where_they_pay_and_hold():
     assert chosen(lambda v, d: -0.5 * v["x"] ** 2, Parameters(Parameter("x", 0.1)))[0] == "emcee"
 
 
-def test_a_pilot_chooses_gradients_in_a_valley():
-    assert chosen(valley, Parameters(*[Parameter(f"p{i}", 0.1) for i in range(10)]))[0] == "nuts"
+def test_a_pilot_chooses_gradients_in_a_valley_and_tells_what_it_does():
+    words: list[str] = []
+    parameters = Parameters(*[Parameter(f"p{i}", 0.1) for i in range(10)])
+    assert chosen(valley, parameters, words.append)[0] == "nuts"
+    assert words[1:3] == [f"a pilot of emcee, {k} of 200 steps" for k in (0, 20)] and "slopes" in words[-1]
