@@ -152,7 +152,7 @@ def test_the_fall_of_the_misfit_is_told_of_names_and_of_the_smooth_function_toge
     final.slugs = ()
     assert text.discrepancy(told).startswith("With a smooth function of pressure") and text.race(told) == ""
     final.slugs = (CONSTANT,)
-    assert text.race(told).startswith("Fitted recordings, or parts of them, were predicted")
+    assert text.race(told).startswith("To choose effects, fitted recordings or parts of them were predicted")
 
 
 def test_something_unknown_that_is_likelier_than_a_trusted_name_is_not_said_to_be_left_without_it():
