@@ -109,6 +109,15 @@ def test_a_size_that_an_option_repeats_is_not_asked_about(read, line):
     assert f"as --dimension states: {quoted!r}" in recording.notices
 
 
+@pytest.mark.parametrize(("wall", "answered"), [("1.4", True), ("1,4", True), ("1.5", False), ("1.4 to 1.5", False)])
+def test_prose_whose_every_size_an_option_states_is_not_asked_about(read, wall, answered):
+    line = f"# Tube C3: wrapped tube with OD 11.0 mm and wall {wall} mm"
+    sizes = ["outer_diameter_mm=11", "wall_thickness_mm=1.4", "length_mm=56"]
+    recording = read(f"{line}\n{table()}", dimensions=sizes)
+    assert any(line[2:40] in text and "may state a size" in text for text in checks(recording)) is not answered
+    assert any(text.startswith("as --dimension states") for text in recording.notices) is answered
+
+
 def test_a_length_at_rest_is_added_to_an_elongation(read):
     text = f"Ruhelänge;56;mm\n\n{table(length='Extension (mm)', values=LENGTH - 56.0)}"
     np.testing.assert_allclose(read(text, kind="tube").columns["length_mm"], LENGTH)

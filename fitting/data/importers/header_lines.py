@@ -20,7 +20,7 @@ from .sizes import (
     statements,
     states_a_size_among_others,
 )
-from .specimen_sizes import OF_KIND, repeats_an_option
+from .specimen_sizes import OF_KIND, ROUNDING, repeats_an_option
 from .spelling import dimension, narrow
 from .table_notices import NO_NUMBERS
 
@@ -41,6 +41,8 @@ _OF_A_DESIGN = {"length": "length_mm", **{key: key for key in schema.GEOMETRY_NU
 """Sizes of an actuator that a file may state, with their names in `--dimension`."""
 _AMOUNT = re.compile(r"\d\s*[)\]]?\s*(?P<unit>[^\W\d_]+[²2]?)(?![\w/²])")
 """A number in a text with a word behind it that may be its unit."""
+_FREE_NUMBER = re.compile(r"(?<![\w.,])\d+(?:[.,]\d+)?")
+"""A number in a text that is no part of a word."""
 _INCHES = re.compile(r"\d\s*(?:\"|''|″)")
 """A number with the mark of inches."""
 _COUNT = re.compile(r"\d\s*(?P<words>(?:[^\W\d_]+\s+)?[^\W\d_]+)")
@@ -83,7 +85,7 @@ def say_header(sample: Sample, making: Making) -> dict[str, list[str]]:
             size, sizes = _size_in(part), sizes_read(part)
             if sizes and all(_repeats(one, making, told) for one in sizes):
                 continue
-            if sizes and all(repeats_an_option(*one, making) for one in sizes):
+            if all(repeats_an_option(*one, making) for one in sizes) if sizes else _is_answered(part, making):
                 agreed.append(shown(part))
                 continue
             contradicts = any(_contradicts(one, making, told) for one in sizes)
@@ -161,6 +163,17 @@ def _contradicts(one: tuple[str, Size], making: Making, told: "_QuotedLines") ->
     key, size = one
     taken = making.sizes.get(key)
     return taken is not None and told.quoted(taken.said) and taken.beside(size) is not taken
+
+
+def _is_answered(part: list[str], making: Making) -> bool:
+    """True for prose in mm whose every number is one that `--dimension` states."""
+    text = narrow(" ".join(part))
+    units = {found["unit"] for found in _AMOUNT.finditer(text)}
+    stated = making.options.dimensions.values()
+    numbers = [float(number.replace(",", ".")) for number in _FREE_NUMBER.findall(text)]
+    return {unit for unit in units if dimension(unit) in ("length", "area")} == {"mm"} and all(
+        any(abs(number - one) <= ROUNDING * abs(one) for one in stated) for number in numbers
+    )
 
 
 def _is_of_no_account(size: str | None, read: bool, making: Making) -> bool:
