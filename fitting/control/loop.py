@@ -18,7 +18,8 @@ from jaxtyping import Array
 
 import pneusma_jax as pj
 from pneusma_jax.errors import InputError
-from pneusma_jax.numerics.safe import as_array, warn_of_pressure
+from pneusma_jax.implausible import warn_of_pressure
+from pneusma_jax.numerics.safe import as_array
 from pneusma_jax.program_cache import stored_jit
 
 from .plant import Memory, Plant, Seen

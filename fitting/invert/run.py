@@ -12,8 +12,9 @@ from fitting.design.bodies import Body, Solved, build_body, plan_of, without_eff
 from fitting.specimens.model_objects import BASE
 from fitting.specimens.saved_models import AugmentedModel
 from pneusma_jax.errors import InputError
+from pneusma_jax.implausible import warn_of_pressure
 from pneusma_jax.numerics.rows import joined, lots
-from pneusma_jax.numerics.safe import as_array, as_numpy, warn_of_pressure
+from pneusma_jax.numerics.safe import as_array, as_numpy
 from pneusma_jax.units import from_si
 
 from .atlas import Atlas, Span, atlas_of, goal_values

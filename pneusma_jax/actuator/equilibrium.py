@@ -9,9 +9,10 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, PyTree
 
+from ..implausible import warn_of_pressure
 from ..nitinol import SpringState
 from ..nitinol.spring import Activation, MartensiteFraction, check_fractions, drives_of
-from ..numerics.safe import check_number, evaluated, frozen, is_concrete, warn_of_pressure
+from ..numerics.safe import check_number, evaluated, frozen, is_concrete, numpy_if_known
 from ..precision import require_doubles, require_float64
 from . import Actuator
 from .all_starts import every_root, every_root_at_phases
@@ -156,10 +157,10 @@ def solve_batch(
     activations, states = _filled(actuator, activations, states)
     for what, given in (("activations", activations), ("states", states)):
         _check_shape(what, given, (rows,))
-    own = lambda x: np if is_concrete(x) else jnp  # NumPy compiles nothing  # noqa: E731
-    spread = lambda tree: jax.tree.map(lambda x: own(x).broadcast_to(x, (rows, *jnp.shape(x)[1:])), tree)  # noqa: E731
+    repeated = lambda x: numpy_if_known(x).broadcast_to(x, (rows, *jnp.shape(x)[1:]))  # noqa: E731
+    spread = lambda tree: jax.tree.map(repeated, tree)  # noqa: E731
     shared = all(jnp.ndim(leaf) == 0 for leaf in jax.tree.leaves(states))
-    common = states if shared or rows == 0 else jax.tree.map(lambda x: own(x).ravel(x)[0], states)
+    common = states if shared or rows == 0 else jax.tree.map(lambda x: numpy_if_known(x).ravel(x)[0], states)
     each = (pressure, spread(activations), spread(states))
     if rows == 0:
         return _none(actuator, each)

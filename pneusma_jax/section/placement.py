@@ -9,7 +9,7 @@ from jaxtyping import Array, Float
 
 from ..nitinol import SpringGeometry
 from ..numerics.lines import in_mm
-from ..numerics.safe import as_array, as_numpy, is_concrete
+from ..numerics.safe import as_array, as_numpy, is_concrete, numpy_if_known
 from . import Section
 
 FIBRE_REACH = 0.1  # Maximum distance of a fibre from the wall, as part of the section's radius
@@ -105,7 +105,7 @@ def place_on(section: Section, arrangement: Layout) -> tuple[Float[Array, "sprin
     fibre = None
     if arrangement.fibre_angle is not None or arrangement.fibre_place is not None:
         fibre = as_array(_place(plain, arrangement.fibre_angle, arrangement.fibre_place))
-    xp = np if is_concrete(springs) else jnp
+    xp = numpy_if_known(springs)
     return as_array(xp.stack(springs) if springs else np.zeros((0, 2))), fibre
 
 

@@ -4,9 +4,8 @@ from collections.abc import Callable, Sequence
 
 import jax
 import jax.numpy as jnp
-import numpy as np
 
-from ..numerics.safe import as_array, is_concrete
+from ..numerics.safe import as_array, numpy_if_known
 
 
 def groups_of_equal_structure(rows: list[tuple]) -> list[list[int]]:
@@ -21,8 +20,8 @@ def groups_of_equal_structure(rows: list[tuple]) -> list[list[int]]:
 def stack_rows(rows: list[tuple], members: Sequence[int]) -> tuple:
     """Some rows along a leading axis."""
     chosen = [rows[k] for k in members]
-    stack = (lambda leaves: as_array(np.stack(leaves))) if is_concrete(chosen) else jnp.stack
-    return jax.tree.map(lambda *leaves: stack(leaves), *chosen)
+    xp = numpy_if_known(chosen)
+    return jax.tree.map(lambda *leaves: as_array(xp.stack(leaves)), *chosen)
 
 
 def by_segment(results: Sequence, members: Sequence[Sequence[int]]) -> list:

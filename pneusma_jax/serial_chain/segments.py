@@ -15,7 +15,7 @@ from jaxtyping import Array, Float
 
 from ..actuator import Actuator
 from ..actuator.result import Equilibrium, solved
-from ..numerics.safe import as_array, is_concrete
+from ..numerics.safe import as_array, is_concrete, numpy_if_known
 from ..section import Section
 from ..simulate.history import History
 from .loads import ChainLoad, own_loads
@@ -150,11 +150,9 @@ def chain_of(
             "Argument `count` must be left out where one actuator per segment is given, but it is not."
         )
     def spread(x: Array, n: int) -> Array:
-        if is_concrete(x):
-            x = np.asarray(x, dtype=float)
-            return as_array(np.broadcast_to(x, (n,)) if x.ndim == 0 else x)
-        x = jnp.asarray(x, dtype=float)
-        return jnp.broadcast_to(x, (n,)) if x.ndim == 0 else x
+        xp = numpy_if_known(x)
+        x = xp.asarray(x, dtype=float)
+        return as_array(xp.broadcast_to(x, (n,)) if x.ndim == 0 else x)
 
     return SegmentChain(
         tuple(segments), spread(angles, len(segments)), spread(connectors, max(len(segments) - 1, 0))

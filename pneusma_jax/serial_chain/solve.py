@@ -11,17 +11,17 @@ from collections.abc import Sequence
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-import numpy as np
 from jaxtyping import Array, Float
 
 from ..actuator import Actuator
 from ..actuator.balance import Problem
 from ..actuator.equilibrium import solve
 from ..actuator.result import Equilibrium, Status, Validity, raise_unless_converged
+from ..implausible import warn_of_pressure
 from ..nitinol import MartensiteFraction, Resistance, SpringResponse, SpringState
 from ..nitinol.spring import Activation
 from ..nitinol.thermal import Heating
-from ..numerics.safe import as_array, check_number, is_concrete, warn_of_pressure
+from ..numerics.safe import as_array, check_number, is_concrete, numpy_if_known
 from ..precision import require_float64
 from ..program_cache import stored_jit
 from ..simulate.course import check_course
@@ -106,9 +106,7 @@ def _solve_loaded(chain: SegmentChain, pressure: Array, rows: list[tuple]) -> Ch
     require_float64()
     members = tuple(tuple(group) for group in groups_of_equal_structure(rows))
     stacked = tuple(stack_rows(rows, group) for group in members)
-    spread = (lambda n: as_array(np.full(n, pressure))) if is_concrete(pressure) else (
-        lambda n: jnp.broadcast_to(pressure, (n,))
-    )  # fmt: skip
+    spread = lambda n: as_array(numpy_if_known(pressure).broadcast_to(pressure, (n,)))  # noqa: E731
     parts = tuple(
         Problem(body, spread(len(m)), drive, memory)
         for m, (body, drive, memory) in zip(members, stacked, strict=True)
@@ -142,16 +140,12 @@ def _joint(chain: SegmentChain, problem: ChainProblem, begin: tuple[ChainProblem
     return ChainEquilibrium(tuple(results), chain_shape(chain, bends, lengths), root.stable & root.found)
 
 
-def _with_tip(connectors: Array) -> Array:
-    """Lengths of the connectors, and none after the last segment."""
-    return as_array(np.append(connectors, 0.0)) if is_concrete(connectors) else jnp.append(connectors, 0.0)
-
-
 def joined(
     chain: SegmentChain, parts: tuple[Problem, ...], members: tuple[tuple[int, ...], ...]
 ) -> ChainProblem:
     """The chain's balance: stacked segments under all its loads."""
-    return ChainProblem(parts, members, chain.angles, _with_tip(chain.connectors), chain.all_loads)
+    gaps = as_array(numpy_if_known(chain.connectors).append(chain.connectors, 0.0))  # none after the last one
+    return ChainProblem(parts, members, chain.angles, gaps, chain.all_loads)
 
 
 def simulate_chain_history(

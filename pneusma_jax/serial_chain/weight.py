@@ -4,12 +4,11 @@ from collections.abc import Sequence
 
 import jax
 import jax.numpy as jnp
-import numpy as np
 from jaxtyping import Array, Float
 
 from ..actuator import Actuator
 from ..actuator.weight import mass_of
-from ..numerics.safe import as_array, is_concrete, safe_divide
+from ..numerics.safe import as_array, numpy_if_known, safe_divide
 from .loads import ChainWeight
 
 
@@ -39,10 +38,9 @@ def chain_weight(
             connector.
     """
     count = len(segments)
-    known = is_concrete(
+    xp = numpy_if_known(
         segments, silicone_density, acceleration, tip_mass, tip_place, connectors, connector_mass
     )
-    xp = np if known else jnp
     densities = xp.broadcast_to(xp.asarray(silicone_density, dtype=float), (count,))
     weighed = [mass_of(body, densities[k]) for k, body in enumerate(segments)]
     tip_place = segments[-1].section.enclosed_centroid if tip_place is None else tip_place

@@ -19,11 +19,12 @@ from ..actuator.implicit import attached
 from ..actuator.load_steps import at_given_phases
 from ..actuator.result import Equilibrium, Validity, count_and_stability, equilibrium_of
 from ..actuator.stability import stiffness_signs
+from ..implausible import warn_of_pressure
 from ..nitinol import MartensiteFraction, Spring, SpringResponse, SpringState
 from ..nitinol.spring import Activation, Resistance, check_fractions, drives_of
 from ..nitinol.thermal import Heating, next_temperature
 from ..numerics.lengths import fixed_length, going_on, known, lengthened, shortened
-from ..numerics.safe import as_array, begun_as, check_number, warn_of_pressure
+from ..numerics.safe import as_array, begun_as, check_number
 from ..pipeline import Effect, as_recorded
 from ..precision import require_doubles, require_float64
 from ..program_cache import stored_jit

@@ -10,7 +10,7 @@ import pytest
 from fitting.control import Loop
 from fitting.invert.run import Limits
 from pneusma_jax.errors import Implausible
-from pneusma_jax.numerics.safe import warn_of_pressure
+from pneusma_jax.implausible import warn_of_pressure
 
 CALLS = {
     "a number": lambda p: warn_of_pressure(p),
