@@ -16,7 +16,7 @@ from pneusma_jax.errors import InputError
 from . import actuator_phase, priors, silicones
 from .actuator_phase import OUTPUTS, UNSETTLED
 from .model_objects import geometry_of, gravity_of
-from .row_builders import columns_of, measured_and_weight, smooth
+from .row_builders import columns_of, interpolated, measured_and_weight, smooth
 from .rows import Rows
 from .specimen import FITTED, RowOptions
 from .spring_rows import ALLOY
@@ -122,10 +122,9 @@ def _recorded(recording: Recording, rows: Rows, names: list[str]) -> dict[str, n
         nominal = AIR if name == "temperature" else 0.0
         column, known = np.full(len(rows.mask), nominal), False
         if recording.has(name):
-            values, time = recording.si(name), recording.si("time")
-            finite = np.isfinite(values) & np.isfinite(time)
-            if known := bool(finite.any()):
-                column = np.interp(np.asarray(rows.time), time[finite], values[finite])
+            read = interpolated(np.asarray(rows.time), recording.si("time"), recording.si(name))
+            if known := bool(np.isfinite(read).any()):
+                column = read
         found[f"recorded_{name}"] = column
         if name != "temperature":
             found[f"has_{name}"] = np.full(len(rows.mask), float(known))

@@ -90,9 +90,8 @@ def smooth(columns: dict[str, np.ndarray], name: str, options: RowOptions = FITT
     """
     if not options.smooth:
         return columns[name]
-    time, values = columns["time"], denoised(columns["time"], columns[name])
-    finite = np.isfinite(values)
-    return np.interp(time, time[finite], values[finite])
+    time = columns["time"]
+    return interpolated(time, time, denoised(time, columns[name]))
 
 
 def interpolated(time: np.ndarray, read_at: np.ndarray, values: np.ndarray) -> np.ndarray:
