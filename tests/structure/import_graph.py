@@ -25,7 +25,7 @@ LAYERS: tuple[tuple[str, tuple[str, ...]], ...] = (
         (
             "pneusma_jax.errors", "pneusma_jax.precision", "pneusma_jax.units", "pneusma_jax.documents",
             "pneusma_jax.files", "pneusma_jax.late", "pneusma_jax.numerics", "pneusma_jax.pipeline",
-            "pneusma_jax.program_cache",
+            "pneusma_jax.program_cache", "pneusma_jax.implausible",
             "pneusma_jax.model_discrepancy",
         ),
     ),
