@@ -25,7 +25,7 @@ from ..characterisation import another_cause, ask, doubtful, fitted_only, limits
 from ..figures import axis_label
 from ..instrument_zeros import error_factors, how_errors_grew, large_drifts, lasting_sentence, lasting_zeros
 from . import wires
-from .open_constants import grouped_warnings
+from .open_constants import grouped_warnings, open_sentences
 
 
 def verdict(result: GeneralCharacterisation) -> list[str]:
@@ -45,7 +45,7 @@ def verdict(result: GeneralCharacterisation) -> list[str]:
     other = ("at_bound", "end_of_range", "absent", "not_fitted")
     open_ = [e for e in result.identifiability if e["kind"] not in other]
     if open_ or not warned:
-        sentences.append(open_[0]["text"] if open_ else _told(result))
+        sentences.append(open_sentences(open_, set(result.unseen))[0] if open_ else _told(result))
     return sentences
 
 

@@ -20,6 +20,7 @@ from pneusma_jax.errors import counted
 
 from .. import profile_likelihood
 from ..characterisation import another_cause, ask, doubtful, fitted_only, limits
+from ..general.open_constants import grouped_warnings, open_sentences
 from ..instrument_zeros import how_errors_grew, large_drifts, lasting_sentence, lasting_zeros
 
 OPEN_MIXING_RULE = (
@@ -64,7 +65,7 @@ def verdict(result: SpringCharacterisation) -> list[str]:
         sentences.append(overstated_sentence(reduced))
     loose = [e for e in result.identifiability if e["kind"] not in ("at_bound", "not_fitted")]
     if loose:
-        sentences.append(loose[0]["text"])
+        sentences.append(open_sentences(loose)[0])
     elif not warned:
         sentences.append(
             "These tests determine every constant that was free, each better than was known before."
@@ -149,7 +150,7 @@ def unended(fit: FitResult) -> list[str]:
 
 def warnings(result: SpringCharacterisation) -> list[str]:
     """Warnings: bounds, parameters that never moved, fits that failed, uninformative resistances."""
-    sentences = [e["text"] for e in result.identifiability if e["kind"] in ("at_bound", "at_start")]
+    sentences = grouped_warnings(result.identifiability)
     sentences += unended(result.joint.result)
     ahead = lead(result.joint)
     if ahead > CLOSE_CALL:
