@@ -185,11 +185,13 @@ def combinations_json(found: Sequence[Combination]) -> list[dict[str, Any]]:
     return [{"name": c.name, "value": c.value, "interval90": [c.low, c.high], "unit": c.unit} for c in found]
 
 
-def zeros_json(found: Lasting | None) -> dict[str, dict[str, float]]:
-    """Zeros of instruments as `report.json` has them, in units of the noise, by output."""
+def zeros_json(found: Lasting | None) -> dict[str, dict[str, float | bool]]:
+    """Zeros of instruments as `report.json` has them, in units of the noise, by output; whether they show."""
     if found is None:
         return {}
-    return {n: {"off": found.offset[n], "wanders": found.drift[n]} for n in found.drift}
+    return {
+        n: {"off": found.offset[n], "wanders": found.drift[n], "shown": n in found.told} for n in found.drift
+    }
 
 
 def with_caution(table: Calibration, said: str) -> str:

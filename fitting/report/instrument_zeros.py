@@ -1,8 +1,11 @@
 """Sentences on zeros of instruments that are off or drift, and on what they and a misfit add to errors."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
-from fitting.inference.lasting_noise import Lasting
+from fitting.inference.lasting_noise import Lasting, variances_by_name
+from fitting.inference.notes import joined
 from fitting.inference.numbers import number
 
 TELLING = 0.1
@@ -22,8 +25,10 @@ def error_factors(inflation: float, lasting: Lasting | None) -> str:
         inflation: factor for misfit and serial correlation.
         lasting: zeros of instruments that widen errors, or None.
     """
-    grown = _grown(lasting) if _told_zeros(lasting) else 1.0
-    zeros = f"by up to {number(grown, '.2g')} for zeros of instruments" if grown >= 1.0 + TELLING else ""
+    grown = _grown(lasting) if _large(lasting) else 1.0
+    doubt = "" if _told_zeros(lasting) else " that these recordings do not exclude"
+    by = f"by up to {number(grown, '.2g')} for zeros of instruments{doubt}"
+    zeros = by if grown >= 1.0 + TELLING else ""
     own = f"by {number(inflation, '.2g')} for misfit and correlation" if inflation > 1.0 else ""
     return f"multiplied {' and '.join(filter(None, (own, zeros)))}" if own or zeros else ""
 
@@ -41,11 +46,43 @@ def _grown(lasting: Lasting | None) -> float:
     return float(np.sqrt(np.max(lasting.variance, initial=1.0)))
 
 
-def _told_zeros(lasting: Lasting | None) -> list[str]:
-    """Columns whose zeros are off, where they changed the fit or its errors."""
+def _large(lasting: Lasting | None) -> list[str]:
+    """Columns whose zeros may be off by a telling amount, where that changed the fit or its errors."""
     if lasting is None or (_grown(lasting) < 1.0 + TELLING and not lasting.fitted_beside_zeros):
         return []
     return [name for name in lasting.drift if lasting.offset[name] + lasting.drift[name] > TELLING]
+
+
+def _told_zeros(lasting: Lasting | None) -> list[str]:
+    """Columns whose zeros are off by clear evidence, or were fitted so.
+
+    A size alone says nothing: where recordings do not tell a zero, its size is that of the prior.
+    """
+    large = _large(lasting)
+    if lasting is None:
+        return []
+    told = [name for name in large if name in lasting.told]
+    return told or (large if lasting.fitted_beside_zeros else [])
+
+
+def possible_zeros(lasting: Lasting | None, names: Sequence[str]) -> list[str]:
+    """A sentence on constants whose errors count zeros that recordings neither show nor exclude.
+
+    Args:
+        lasting: zeros of instruments that widen errors, or None.
+        names: names of the parameters that `lasting` is about.
+    """
+    maybe = _large(lasting)
+    if lasting is None or not maybe or _told_zeros(lasting):
+        return []
+    wider = {name: np.sqrt(x) for name, x in variances_by_name(lasting, names).items()}
+    wider = {name: x for name, x in wider.items() if x >= 1.0 + TELLING}
+    counts = "its error counts it" if len(wider) == 1 else "their errors count it"
+    return [
+        f"Nothing shows that an instrument has a wrong zero. But a zero of {joined(maybe)} that is off would "
+        f"look like another {joined(sorted(wider, key=lambda name: -wider[name]))}, so {counts}. "
+        "Read that instrument at rest before and after each test to exclude it."
+    ]
 
 
 def lasting_sentence(time: float, inflation: float, lasting: Lasting | None) -> str:

@@ -4,12 +4,19 @@ import numpy as np
 import pytest
 
 from fitting.inference.lasting_noise import Lasting
-from fitting.report.instrument_zeros import error_factors, how_errors_grew, lasting_zeros, not_drawn
+from fitting.report.instrument_zeros import (
+    error_factors,
+    how_errors_grew,
+    lasting_zeros,
+    not_drawn,
+    possible_zeros,
+)
 from pneusma_jax.units import amount
 
 
-def zeros(grown, beside=False):
-    return Lasting(np.array([1.0, grown**2]), {"stress": 0.1}, {"stress": 0.9}, fitted_beside_zeros=beside)
+def zeros(grown, beside=False, steady=0.01):
+    sizes, told = ({"stress": 0.1}, {"stress": 0.9}), {"steady": steady, "steady_by_output": {"stress": steady}}
+    return Lasting(np.array([1.0, grown**2]), *sizes, fitted_beside_zeros=beside, **told)
 
 
 @pytest.mark.parametrize(
@@ -18,6 +25,7 @@ def zeros(grown, beside=False):
         (1.0, None, ""),
         (1.3, None, "multiplied by 1.3 for misfit and correlation"),
         (1.0, zeros(2.0), "multiplied by up to 2 for zeros of instruments"),
+        (1.0, zeros(2.0, steady=0.9), "multiplied by up to 2 for zeros of instruments that these recordings do not exclude"),
         (1.3, zeros(2.0), "multiplied by 1.3 for misfit and correlation and by up to 2 for zeros of instruments"),
         (1.0, zeros(1.02), ""),
         (1.0, zeros(2.0, beside=True), ""),
@@ -33,6 +41,15 @@ def test_the_sentence_on_zeros_has_the_same_factor():
     (sentence,) = lasting_zeros(zeros(2.0))
     assert "multiplied by up to 2 for that" in sentence
     assert not lasting_zeros(zeros(1.02)) and "as noise alone" in lasting_zeros(zeros(2.0, beside=True))[0]
+
+
+def test_a_zero_without_evidence_is_a_doubt_and_no_finding():
+    """Springs without drift were said to have wrong zeros: the size was that of the prior."""
+    doubt = zeros(2.0, steady=0.9)
+    assert lasting_zeros(doubt) == [] and possible_zeros(zeros(2.0), ("a", "b")) == []
+    (said,) = possible_zeros(doubt, ("a", "b"))
+    assert "a zero of stress that is off would look like another b, so its error counts it." in said
+    assert possible_zeros(zeros(1.02, steady=0.9), ("a", "b")) == [] and possible_zeros(None, ()) == []
 
 
 def test_captions_say_that_zeros_are_not_drawn():

@@ -123,7 +123,8 @@ def test_the_noise_of_the_draws_is_named(crept, inflation, beside, noise):
 
 def test_zeros_that_only_the_fit_counts_are_told_with_their_factor(crept):
     fitting = replace(crept.fit, reduced_chi_square=1.0, inflation=1.0)
-    zeros = lambda grown: Lasting(np.array([1.0, grown**2]), {"length": 0.1}, {"length": 0.9})  # noqa: E731
+    told = {"steady": 0.01, "steady_by_output": {"length": 0.01}}
+    zeros = lambda grown: Lasting(np.array([1.0, grown**2]), {"length": 0.1}, {"length": 0.9}, **told)  # noqa: E731
     wider, white = (replace(crept, fit=fitting, lasting=zeros(grown)) for grown in (3.0, 1.0))
     said = " ".join(verdict(judged(wider)))
     assert "multiplied by up to 3 for zeros of instruments" in said and HOLD not in said

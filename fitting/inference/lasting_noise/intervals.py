@@ -47,6 +47,7 @@ class Lasting:
             shorter side, and where sizes are uncertain, as tails are then longer than a Gaussian's.
         scale: posterior mean of the white noise by output, in units of the noise.
         steady: probability that no zero is off or drifts; one half beforehand, for any number of outputs.
+        steady_by_output: the same of the zero of each output alone.
         fitted_beside_zeros: true if the fit was made with noise that zeros correlate.
         correlation: correlation of the constants' errors beside the zeros, shape (parameters, parameters);
             None where it is that of the fit.
@@ -58,8 +59,20 @@ class Lasting:
     side_variances: Mapping[int, np.ndarray] = field(default_factory=dict)
     scale: Mapping[str, float] = field(default_factory=dict)
     steady: float = 1.0
+    steady_by_output: Mapping[str, float] = field(default_factory=dict)
     fitted_beside_zeros: bool = False
     correlation: np.ndarray | None = None
+
+    @property
+    def told(self) -> list[str]:
+        """Outputs whose zeros are off or drift by clear evidence (`CLEAR`), most first; none where it is not.
+
+        The size of a zero that recordings do not tell is that of its prior, and is no finding.
+        """
+        if self.steady >= SURE_OF_WHITE:
+            return []
+        names = sorted(self.steady_by_output, key=lambda name: self.steady_by_output[name])
+        return [name for name in names if self.steady_by_output[name] < SURE_OF_WHITE] or names[:1]
 
     @property
     def sizes(self) -> dict[str, Size]:
@@ -182,7 +195,7 @@ def _of_mixture(
     if not sizes_by_output:  # no series tells of zeros; held constants leave their doubt
         sd = np.sqrt(np.diag(inverse(with_prior(fit_square[:-1, :-1], precision))))[:free] / unit
         return _of_sides({percent: np.stack([sd, sd], axis=1) for percent in SHARES}, noise_sizes)
-    steady = steady_of(sizes_by_output, precision, pull, square_without_zeros)
+    steady, alone = steady_of(sizes_by_output, precision, pull, square_without_zeros)
     members, weight = joint([decided(one) for one in sizes_by_output], precision, pull, square_without_zeros)
     symmetric = steady < SURE_OF_WHITE and not noise_sizes
     least = LEAST_SIDE_WITH_HELD if held else LEAST_SIDE
@@ -200,7 +213,11 @@ def _of_mixture(
     drift, offset, scale = (dict(zip(outputs, map(float, row), strict=True)) for row in sizes)
     told = _of_sides(sides, noise_sizes)
     correlation = square / np.outer(size, size)
-    return replace(told, drift=drift, offset=offset, scale=scale, steady=steady, correlation=correlation)
+    by_output = dict(zip(outputs, alone.tolist(), strict=True))
+    return replace(
+        told, drift=drift, offset=offset, scale=scale, steady=steady, steady_by_output=by_output,
+        correlation=correlation,
+    )  # fmt: skip
 
 
 def _of_sides(sides: dict[int, np.ndarray], noise_sizes: Mapping[str, Size] | None) -> Lasting:

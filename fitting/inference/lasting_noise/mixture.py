@@ -60,11 +60,18 @@ def joint(
     return Members(size[kept], normal, slope[kept] + precision * pull), weight[kept]
 
 
-def steady_of(each: Sequence[Sizes], precision: np.ndarray, pull: np.ndarray, rest: np.ndarray) -> float:
-    """Probability that no zero is off or drifts; beforehand it is one half, however many outputs there are.
+def steady_of(
+    each: Sequence[Sizes], precision: np.ndarray, pull: np.ndarray, rest: np.ndarray
+) -> tuple[float, np.ndarray]:
+    """Probability that no zero is off or drifts, and that of each output; beforehand each is one half.
 
     If every output had its own chance, a clean campaign of many outputs would have some zero beforehand.
+
+    Returns:
+        The probability of all outputs together, and those of single ones, shape (outputs,).
     """
     members, weight = joint(each, precision, pull, rest)
-    none = float(weight @ np.all(members.size[:, :, :2] == 0.0, axis=(1, 2)))
-    return 1.0 / (1.0 + in_favour(none, STEADY ** (2 * members.size.shape[1])))
+    still = np.all(members.size[:, :, :2] == 0.0, axis=2)
+    none = 1.0 / (1.0 + in_favour(float(weight @ still.all(axis=1)), STEADY ** (2 * still.shape[1])))
+    alone = [1.0 / (1.0 + in_favour(float(weight @ one), STEADY**2)) for one in still.T]
+    return none, np.array(alone)

@@ -23,7 +23,14 @@ from pneusma_jax.units import amount
 from .. import profile_likelihood
 from ..characterisation import another_cause, ask, doubtful, fitted_only, limits
 from ..figures import axis_label
-from ..instrument_zeros import error_factors, how_errors_grew, large_drifts, lasting_sentence, lasting_zeros
+from ..instrument_zeros import (
+    error_factors,
+    how_errors_grew,
+    large_drifts,
+    lasting_sentence,
+    lasting_zeros,
+    possible_zeros,
+)
 from . import wires
 from .open_constants import grouped_warnings, open_sentences
 
@@ -275,6 +282,7 @@ def how_it_was_fitted(result: GeneralCharacterisation) -> list[str]:
         f"Reduced chi-square {number(fit.reduced_chi_square)} over the noise as stated or estimated; "
         f"residuals are correlated over {fit.correlation_time:.1f} samples. Standard errors "
         f"{how_errors_grew(fit.inflation, result.lasting)}.",
+        *possible_zeros(result.lasting, result.information.names),
         _priors(result),
         *_specimens(result),
     ]

@@ -21,7 +21,7 @@ from pneusma_jax.errors import counted
 from .. import profile_likelihood
 from ..characterisation import another_cause, ask, doubtful, fitted_only, limits
 from ..general.open_constants import grouped_warnings, open_sentences
-from ..instrument_zeros import how_errors_grew, large_drifts, lasting_sentence, lasting_zeros
+from ..instrument_zeros import how_errors_grew, large_drifts, lasting_sentence, lasting_zeros, possible_zeros
 
 OPEN_MIXING_RULE = (
     " If the alloy is no nitinol, its phases' resistances may mix by another rule: --base new_sma opens it."
@@ -201,6 +201,7 @@ def how_it_was_fitted(result: SpringCharacterisation) -> list[str]:
         f"correlated over {joint.correlation_time:.1f} samples. Standard errors "
         f"{how_errors_grew(joint.inflation, result.lasting)}."
     )
+    sentences += possible_zeros(result.lasting, result.information.names)
     sentences.append(
         "The martensite fraction is no input: it changes slowly behind resistance and force, and its "
         "uncertainty is "
