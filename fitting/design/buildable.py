@@ -16,10 +16,11 @@ from pneusma_jax.calibration import Calibration
 from pneusma_jax.errors import InputError
 from pneusma_jax.late import Late
 from pneusma_jax.nitinol.geometry import OVERLAP
+from pneusma_jax.units import amount, from_si
 
 from .bodies import Plan, sizes_of
 from .space import Space
-from .study import Constraint
+from .study import Constraint, Free
 
 optimize = Late("scipy.optimize")
 
@@ -133,13 +134,22 @@ def check_ends(space: Space, drives: Sequence[str], plans: Sequence[Plan], path:
         return
     for k in sizes:
         others = [j for j in sizes if j != k]
-        for end, word in ((0.0, "lower"), (1.0, "upper")):
+        for end in (0.0, 1.0):
             reason = _never_possible(space, plans, k, end, others, tried)
             if reason:
                 one = space.free[k]
                 raise InputError(
-                    f"{path}: [free] {one.name}: nothing can be made at the {word} end of its range: {reason}"
+                    f"{path}: [free] {one.name}: nothing can be made {_end_in_words(one, end)}: {reason}"
                 )
+
+
+def _end_in_words(one: Free, end: float) -> str:
+    """An end of a parameter's range, or of its catalogue, as the end of a sentence."""
+    if one.made != "catalogue":
+        return f"at the {'upper' if end else 'lower'} end of its range"
+    value = from_si(max(one.values) if end else min(one.values), one.unit)
+    size = amount(f"{value:.6g}", one.unit)
+    return f"with {size}, the {'largest' if end else 'smallest'} of its values"
 
 
 def corners(count: int, most: int) -> np.ndarray:

@@ -79,7 +79,7 @@ def possible_zeros(lasting: Lasting | None, names: Sequence[str]) -> list[str]:
     wider = {name: x for name, x in wider.items() if x >= 1.0 + TELLING}
     counts = "its error counts it" if len(wider) == 1 else "their errors count it"
     return [
-        f"Nothing shows that an instrument has a wrong zero. But a zero of {joined(maybe)} that is off would "
+        f"No instrument clearly has a wrong zero. But a zero of {joined(maybe)} that is off would "
         f"look like another {joined(sorted(wider, key=lambda name: -wider[name]))}, so {counts}. "
         "Read that instrument at rest before and after each test to exclude it."
     ]

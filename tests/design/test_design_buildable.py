@@ -48,7 +48,7 @@ def test_what_forbids_a_design_of_the_box_becomes_a_constraint(free, names, tmp_
 @pytest.mark.parametrize(
     ("wires", "words"),
     [
-        ("[0.2, 0.25, 0.3]", "nothing can be made at the upper end of its range: `initial_pitch` must be at least"),
+        ("[0.2, 0.25, 0.3]", "nothing can be made with 0.3 mm, the largest of its values: `initial_pitch` must be at least"),
         ("[0.2, 0.25, 0.28]", None),  # turns may overlap by a twentieth of the wire, as in the tables' own priors
     ],
 )  # fmt: skip

@@ -173,7 +173,8 @@ def test_many_clean_outputs_are_not_said_to_have_zeros_and_one_that_drifts_is(re
     steady = [lasting(fitted(y, columns), np.zeros(1), np.zeros(1)).steady for y in clean]
     assert np.sum(np.less(steady, SURE_OF_WHITE)) <= 1 and np.median(steady) > 0.8
     clean[0, :, 1] += 4.0 * TIME
-    assert lasting(fitted(clean[0], columns), np.zeros(1), np.zeros(1)).steady < 0.01
+    found = lasting(fitted(clean[0], columns), np.zeros(1), np.zeros(1))
+    assert found.steady < 0.01 and found.told == ["y1"]
 
 
 def test_what_recordings_cannot_tell_is_not_decided():
@@ -185,7 +186,8 @@ def test_what_recordings_cannot_tell_is_not_decided():
         without = sizes.size[:, 0, 1] == 0.0
         offsets.append(sizes.weight[without].sum())
         assert np.any(np.isfinite(decided(sizes).before[without]))
-        assert lasting(series, np.zeros(2), np.zeros(2)).steady > SURE_OF_WHITE
+        found = lasting(series, np.zeros(2), np.zeros(2))
+        assert found.steady > SURE_OF_WHITE and found.told == [] and found.offset["y0"] > 0.5  # as the prior has it
     np.testing.assert_allclose(offsets, 0.5, atol=0.05)
 
 

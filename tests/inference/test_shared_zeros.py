@@ -126,6 +126,7 @@ def test_a_zero_that_drifts_is_found_in_its_output():
     found = [fitted(readings(random, 4.0))[1] for _ in range(3)]
     assert np.median([one.steady for one in found]) < SURE_OF_WHITE
     assert np.mean([one.drift["y"] for one in found]) > 2.0 > 2.0 * np.mean([one.drift["z"] for one in found])
+    assert sum(one.told[:1] == ["y"] for one in found) >= 2 and sum("z" in one.told for one in found) <= 1
 
 
 def test_the_zero_of_an_output_without_readings_is_not_told():

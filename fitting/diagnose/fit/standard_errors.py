@@ -34,10 +34,18 @@ def standard_errors(program: Program, fit: Fit, moved: np.ndarray | None = None)
         moved: by how much its free numbers move beside a smooth function of a driver, (free,); None where no
             such function has evidence.
     """
-    found = np.zeros(len(program.unknowns))
+    return np.sqrt(np.diag(standard_covariance(program, fit, moved)))
+
+
+def standard_covariance(program: Program, fit: Fit, moved: np.ndarray | None = None) -> np.ndarray:
+    """Covariance of all scaled numbers, (unknowns, unknowns), whose diagonal `standard_errors` has.
+
+    The arguments are those of `standard_errors`. A move counts for sums of numbers as it counts for each.
+    """
+    found = np.zeros((len(program.unknowns), len(program.unknowns)))
     counted = information(program, fit, widening(program, fit.evaluation) ** 2)
-    variance = np.diag(np.linalg.inv(counted))
-    found[fit.free] = np.sqrt(variance if moved is None else variance + moved**2)
+    covariance = np.linalg.inv(counted)
+    found[np.ix_(fit.free, fit.free)] = covariance if moved is None else covariance + np.outer(moved, moved)
     return found
 
 

@@ -13,8 +13,8 @@ from ..evaluate.program import Program
 from ..fit.candidates import CandidateFit
 from ..fit.evidence import evidence, inflation_of
 from ..fit.misfit import reduced
-from ..fit.refit import at_an_end, at_its_bound
-from ..fit.standard_errors import standard_errors
+from ..fit.refit import Fit, at_an_end, at_its_bound
+from ..fit.standard_errors import standard_covariance
 from ..search.decision import leaves_more
 from ..search.steps import Explanation, LeaveOneOutEvidence
 from ..settings import DEFAULT
@@ -42,6 +42,8 @@ class Found:
         strength: name of the parameter that tells best how strong it is; empty where none does.
         errors: by how many standard errors that strength is from its absence [1].
         at_an_end: True if that strength ended at an end of its range, so that its error tells little.
+        together: the sum of strengths of terms that may change places, where it is told better than each of
+            them; None where there is no such sum.
     """
 
     slug: str
@@ -54,6 +56,7 @@ class Found:
     strength: str = ""
     errors: float = np.inf
     at_an_end: bool = False
+    together: "Together | None" = None
 
     @property
     def tentative(self) -> bool:
@@ -68,12 +71,36 @@ class Found:
     def words(self) -> str:
         """The name with its strength and the error of that; of a tentative one with its probability."""
         told = [f"probability {self.probability:.2f}"] if self.tentative else []
-        if self.strength:
+        if self.together:
+            told.append(self.together.words)
+        elif self.strength:
             entry = self.parameters[self.strength]
             size = format_estimate(entry["value"], entry["sd"]).replace("+/-", "±")
             end = ", an end of its range" if self.at_an_end else ""
             told.append(f"{self.strength} = {amount(size, entry['unit'])}{end}")
         return f"{self.slug} ({', '.join(told)})" if told else self.slug
+
+
+@dataclass(frozen=True)
+class Together:
+    """The sum of strengths of terms of one form, which recordings tell better than any of them.
+
+    Attributes:
+        names: names of the strengths.
+        value, sd: their sum and its standard error, SI.
+        unit: their unit.
+    """
+
+    names: tuple[str, ...]
+    value: float
+    sd: float
+    unit: str
+
+    @property
+    def words(self) -> str:
+        """The sum with its error: `g_1 + g_3 = 0.312 ± 0.010`."""
+        size = format_estimate(self.value, self.sd).replace("+/-", "±")
+        return f"{' + '.join(self.names)} = {amount(size, self.unit)}"
 
 
 def probabilities(
@@ -145,7 +172,8 @@ def effects_found(
         moved: by how much numbers of the model move beside a smooth function, see `standard_errors`.
     """
     program, fit = explanation.program, explanation.final
-    errors, found = standard_errors(program, fit, moved) if fit.slugs else np.zeros(0), []
+    covariance = standard_covariance(program, fit, moved) if fit.slugs else np.zeros((0, 0))
+    errors, found = np.sqrt(np.diag(covariance)), []
     strongest = max(explanation.leave_one_out, key=lambda one: one.net, default=None)
     by_form = _left_by_form(explanation)
     for slug in fit.slugs:
@@ -175,6 +203,9 @@ def effects_found(
         distance = np.abs(fit.u[own] - program.unknowns.neutral[own])
         away = distance / np.maximum(errors[own], np.finfo(float).tiny)
         best = int(np.argmax(away))
+        together = sum_of_terms(program, fit, covariance, slug)
+        if together is not None and together.value <= together.sd * away[best]:
+            together = None
         close = [t.slug for t in rivals if not told_apart(net, t.bayes) or _alike(program, t, one_out)]
         close += dict.fromkeys(s for pair in others for s in pair if s not in close and s not in fit.slugs)
         found.append(
@@ -187,11 +218,37 @@ def effects_found(
                 CATALOGUE[slug].sentence_for(program.specimen.letter),
                 instead,
                 program.unknowns.items[own[best]].name,
-                float(away[best]),
+                float(away[best] if together is None else together.value / together.sd),
                 int(own[best]) in at_an_end(program.unknowns, fit, slug),
+                together,
             )
         )
     return found
+
+
+def sum_of_terms(program: Program, fit: Fit, covariance: np.ndarray, slug: str) -> Together | None:
+    """Sum of the strengths of an effect's terms that may change places; None where fewer than two act.
+
+    Terms with times that recordings hardly tell apart share one size. Each has then an error as large as
+    itself, while their sum is told well.
+
+    Args:
+        program: program of the campaign.
+        fit: model with the effect.
+        covariance: covariance of its scaled numbers, see `standard_covariance`.
+        slug: the effect.
+    """
+    unknowns = program.unknowns
+    terms = {name for term in CATALOGUE[slug].alike for name in term}
+    own = [k for k in unknowns.amplitudes(slug) if unknowns.items[k].name in terms and fit.u[k]]
+    if len(own) < 2:
+        return None
+    items = [unknowns.items[k] for k in own]
+    scale = np.array([item.scale for item in items])
+    variance = float(scale @ covariance[np.ix_(own, own)] @ scale)
+    value = sum(float(item.value(fit.u[k])) for item, k in zip(items, own, strict=True))
+    sd = float(np.sqrt(max(variance, np.finfo(float).tiny)))
+    return Together(tuple(item.name for item in items), value, sd, items[0].unit)
 
 
 def none_likelier_than_acting(

@@ -10,6 +10,7 @@ from .next_experiment import best_design
 from .probabilities import UNMODELLED, Found
 from .separating import separating
 
+EVIDENCE = DEFAULT.evidence
 PROBABILITY = DEFAULT.probability
 
 
@@ -43,10 +44,22 @@ def proposed(explanation: Explanation, found: list[Found]) -> dict | None:
         else ""
     )
     text = (
-        f"Repeat {design.recording} {design.change}{demand}: it would {tells}, by a log Bayes factor of "
-        f"about {number(worth)}.{barred} {asked}"
+        f"Repeat {design.recording} {design.change}{demand}: it would {tells}. {_enough(worth)}{barred} {asked}"
     )
     return {"text": text, "separates": [name, other], "expected_log_bayes_factor": float(worth)}
+
+
+def _enough(worth: float) -> str:
+    """A sentence on the log Bayes factor that a repetition is expected to bring, beside the one that settles.
+
+    It is of the repetition alone, so it is another number than that of the recordings so far.
+    """
+    settled = EVIDENCE.minimum_settled
+    end = "it is expected to settle that" if worth > settled else "alone it is not expected to settle that"
+    return (
+        f"By a log Bayes factor of its own of about {number(worth, '.2g')}, where {number(settled)} are enough, "
+        f"{end}."
+    )
 
 
 def leading_pair(

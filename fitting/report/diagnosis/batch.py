@@ -20,7 +20,7 @@ from .report import report_of as diagnosis_report
 from .tables import words_of
 
 SCHEMA = "pneusma-diagnosis-batch/1"
-EFFECT_KEYS = ("name", "probability", "tentative", "strength", "parameters")
+EFFECT_KEYS = ("name", "probability", "tentative", "strength", "together", "parameters")
 """Keys of an effect that are copied from a campaign's own `report.json`."""
 HEADER = ("campaign", "verdict", "effects, their probabilities and strengths", "base model", "with effects")
 """Columns of the table; the last two are reduced chi-squares."""
@@ -80,9 +80,11 @@ def _name(effect: dict[str, Any]) -> str:
     name = f"{perhaps}{words_of(effect['name'])} {effect['probability']:.2f}"
     if effect["strength"] is None:
         return name
-    entry = effect["parameters"][effect["strength"]]
+    together = effect.get("together")  # a sum of terms that the recordings do not tell apart
+    entry = together or effect["parameters"][effect["strength"]]
+    strength = " + ".join(together["names"]) if together else effect["strength"]
     size = amount(with_error(entry["value"], entry["sd"]), entry["unit"])
-    return f"{name} ({effect['strength']} = {size})"
+    return f"{name} ({strength} = {size})"
 
 
 def _row(member: Diagnosed) -> list[str]:
@@ -118,8 +120,10 @@ def _csv(result: Diagnoses) -> str:
         scores = [fit[when]["reduced_chi2"] if fit else None for when in ("before", "after")]
         outcome = member.content.get("verdict", "failed")
         for effect in _effects(member) or [NO_EFFECT]:
-            size = effect["parameters"].get(effect["strength"], {})
-            cells = [effect[key] for key in ("name", "probability", "tentative", "strength")]
+            together = effect.get("together")
+            size = together or effect["parameters"].get(effect["strength"], {})
+            strength = " + ".join(together["names"]) if together else effect["strength"]
+            cells = [*(effect[key] for key in ("name", "probability", "tentative")), strength]
             cells += [size.get(key) for key in ("value", "sd", "unit")]
             rows.append([member.name, str(member.path), outcome, *cells, *scores, member.problem])
     return csv_rows(header, rows)

@@ -36,6 +36,7 @@ def content(conclusion: Conclusion) -> dict:
                 "probability": float(f.probability),
                 "tentative": f.tentative,
                 "strength": f.strength or None,
+                "together": None if f.together is None else asdict(f.together),
                 "parameters": f.parameters,
                 "log_bayes_factor": _finite(f.bayes),
                 "confusable_with": f.confusable,

@@ -45,7 +45,13 @@ def base_model(conclusion: Conclusion) -> list[str]:
 
 def effect(found: Found) -> str:
     """Description of an effect and its probability."""
-    sure = f"Probability {found.probability:.2f}, log Bayes factor {number(found.bayes, '.0f')}."
+    sure = f"Probability {found.probability:.2f}, log Bayes factor {number(found.bayes)}."
+    terms = found.together
+    if terms is not None:
+        sure += (
+            f" The recordings tell {terms.words} better than any of these numbers: their terms are alike, and "
+            "one takes up what another leaves."
+        )
     named = found.slug == UNMODELLED and found.bayes > 0.0  # the text says already which names leave too much
     alike = [] if named else found.confusable
     close = f" The recordings do not tell it from {', '.join(alike)}." if alike else ""
