@@ -51,7 +51,8 @@ def open_constants(
         unfitted: parameters of specimens of which no recording is fitted, by specimen; see `of_unfitted`.
 
     Returns:
-        Entries with `kind`, `parameters`, a number that says how bad, and `text`. The kinds are `absent`,
+        Entries with `kind`, `parameters`, a number that says how bad, and `text`. Some have a `reason` why
+        nothing shows them, or a `group` for a sentence about several entries. The kinds are `absent`,
         `at_bound`, `end_of_range`, `at_start`, `not_informed`, `loose_direction`, `known_together` and
         `not_fitted`. A parameter within whose error the prediction jumps is in none of `at_start` to
         `known_together`. One that is `not_fitted` is in no other entry.
@@ -145,7 +146,8 @@ def _alone(
         )
         kind = "at_start" if stayed else "not_informed"
         ratio = float(marginal[k])
-        entries.append({"kind": kind, "parameters": [name], "posterior_over_prior": ratio, "text": text})
+        entry = {"kind": kind, "parameters": [name], "posterior_over_prior": ratio, "reason": needed(name)}
+        entries.append({**entry, "text": text})
     return entries, covered
 
 
@@ -173,6 +175,7 @@ def _loose(
             f"allow, the fit stays as good (error along it {100.0 * ratio:.0f} % of the priors')."
         )
         entry = {"kind": "loose_direction", "parameters": names, "posterior_over_prior": float(ratio)}
+        entry["group"] = f"{senses} ({reach(names)}, error {100.0 * ratio:.0f} % of the priors')"
         entries.append({**entry, "text": text})
     return entries
 
@@ -199,6 +202,7 @@ def _together(fisher: Information, reach: Callable[[Sequence[str]], str]) -> lis
                 "Their joint effect was measured, not each of them."
             )
             entry = {"kind": "known_together", "parameters": names, "correlation": float(strongest)}
+            entry["group"] = f"{_list(names)} ({size} {strongest:+.3f}, from {reach(names)})"
             entries.append({**entry, "text": text})
     return entries
 

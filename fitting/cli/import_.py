@@ -122,7 +122,7 @@ def import_command(
     exit code is then 1.
     """
     from fitting.data.importers import FORMATS, import_files, left_in_folders, make_options, raw_files
-    from fitting.data.importers.preview import describe
+    from fitting.data.importers.preview import describe_all
     from fitting.data.publish import MARK
     from fitting.data.recordings import write_recordings
     from pneusma_jax.errors import InputError, counted
@@ -148,8 +148,8 @@ def import_command(
     files, aside = raw_files(sources, refused)
     from_folders = [file for file in files if file not in sources]
     recordings = import_files(files, options, from_folders, refused)
-    for recording in recordings:
-        click.echo(describe(recording) + "\n")
+    for text in describe_all(recordings):
+        click.echo(text + "\n")
     for file in aside:
         click.echo(f"left aside: {file} holds no table of numbers")
     for line in left_in_folders(sources):

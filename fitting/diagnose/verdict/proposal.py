@@ -43,9 +43,8 @@ def proposed(explanation: Explanation, found: list[Found]) -> dict | None:
         if design.impossible
         else ""
     )
-    text = (
-        f"Repeat {design.recording} {design.change}{demand}: it would {tells}. {_enough(worth)}{barred} {asked}"
-    )
+    repeat = f"Repeat {design.recording} {design.change}{demand}: it would {tells}."
+    text = f"{repeat} {_enough(worth)}{barred} {asked}"
     return {"text": text, "separates": [name, other], "expected_log_bayes_factor": float(worth)}
 
 
@@ -57,8 +56,8 @@ def _enough(worth: float) -> str:
     settled = EVIDENCE.minimum_settled
     end = "it is expected to settle that" if worth > settled else "alone it is not expected to settle that"
     return (
-        f"By a log Bayes factor of its own of about {number(worth, '.2g')}, where {number(settled)} are enough, "
-        f"{end}."
+        f"By a log Bayes factor of its own of about {number(worth, '.2g')}, where {number(settled)} are "
+        f"enough, {end}."
     )
 
 

@@ -49,8 +49,8 @@ def effect(found: Found) -> str:
     terms = found.together
     if terms is not None:
         sure += (
-            f" The recordings tell {terms.words} better than any of these numbers: their terms are alike, and "
-            "one takes up what another leaves."
+            f" The recordings hardly tell the terms of {joined(terms.names)} apart: one takes up what "
+            f"another leaves. They tell the sum: {terms.words}."
         )
     named = found.slug == UNMODELLED and found.bayes > 0.0  # the text says already which names leave too much
     alike = [] if named else found.confusable

@@ -28,6 +28,17 @@ TOGETHER = {
     "absent": "",
 }
 """Sentences about several parameters with the same status; empty where each has its own."""
+GROUPS = {
+    "loose_direction": (
+        "These cannot be separated. As far as the priors allow, the fit stays as good in each of these "
+        "directions: {}."
+    ),
+    "known_together": (
+        "Of each of these groups the joint effect was measured, not each constant. They are known only "
+        "together: {}."
+    ),
+}
+"""Sentences about several groups of parameters, by kind of entry."""
 
 
 def grouped_warnings(entries: Sequence[Mapping[str, Any]], held: Set[str] = frozenset()) -> list[str]:
@@ -41,12 +52,7 @@ def grouped_warnings(entries: Sequence[Mapping[str, Any]], held: Set[str] = froz
     for status in TOGETHER:
         if status == "end_of_range":  # which needs no warning
             continue
-        same_status = [e for e in entries if _status(e, held) == status]
-        names = [name for e in same_status for name in e["parameters"]]
-        if TOGETHER[status] and len(names) > 1:
-            sentences.append(f"{', '.join(names[:-1])} and {names[-1]} {TOGETHER[status]}")
-        else:
-            sentences += [e["text"] for e in same_status]
+        sentences += _of_status(status, [e for e in entries if _status(e, held) == status])
     return sentences
 
 
@@ -55,14 +61,33 @@ def open_sentences(entries: Sequence[Mapping[str, Any]], held: Set[str] = frozen
     by_status: dict[str, list[Mapping[str, Any]]] = {}
     for entry in entries:
         by_status.setdefault(_status(entry, held), []).append(entry)
-    said = []
-    for status, same in by_status.items():
-        names = [name for entry in same for name in entry["parameters"]]
-        if len(same) > 1 and TOGETHER.get(status):
-            said.append(f"{joined(names)} {TOGETHER[status]}")
-        else:
-            said += [entry["text"] for entry in same]
-    return said
+    return [text for status, same in by_status.items() for text in _of_status(status, same)]
+
+
+def first_sentence(entries: Sequence[Mapping[str, Any]], held: Set[str] = frozenset()) -> str:
+    """The sentence for a verdict: of the first entry, and of all others of its status that share it.
+
+    Of several groups it is about the first one alone; `open_sentences` has the others.
+    """
+    return entries[0]["text"] if entries[0]["kind"] in GROUPS else open_sentences(entries, held)[0]
+
+
+def _of_status(status: str, same: Sequence[Mapping[str, Any]]) -> list[str]:
+    """Sentences on entries of one status: one for all of them where there is one, or one for each."""
+    if len(same) < 2:
+        return [entry["text"] for entry in same]
+    names = joined([name for entry in same for name in entry["parameters"]])
+    reasons = {entry.get("reason", "") for entry in same}
+    if status == "at_start" and len(reasons) == 1 and (reason := reasons.pop()).endswith(" it"):
+        return [
+            f"{names} are still at the values they started from: {reason.removesuffix(' it')} them. Their "
+            "errors come from the priors."
+        ]
+    if TOGETHER.get(status):
+        return [f"{names} {TOGETHER[status]}"]
+    if status in GROUPS and all("group" in entry for entry in same):
+        return [GROUPS[status].format("; ".join(entry["group"] for entry in same))]
+    return [entry["text"] for entry in same]
 
 
 def _status(entry: Mapping[str, Any], held: Set[str]) -> str:

@@ -31,11 +31,12 @@ def report_of(result: GeneralCharacterisation) -> Report:
     drawn = pictures(result)
     loose = open_sentences(result.identifiability, set(result.unseen)) or [NOTHING]
     notices = notices_of(result.fit.recordings, result.fitted, most_rows(result))
+    verdict = text.verdict(result)
     return Report(
         title=result.title,
         subtitle=_subtitle(result),
-        verdict=text.verdict(result),
-        warnings=text.warnings(result),
+        verdict=verdict,
+        warnings=[said for said in text.warnings(result) if said not in verdict],
         real=result.real,
         sections=[
             Section("Fit", [drawn["fit"]]),

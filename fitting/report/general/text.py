@@ -32,7 +32,7 @@ from ..instrument_zeros import (
     possible_zeros,
 )
 from . import wires
-from .open_constants import grouped_warnings, open_sentences
+from .open_constants import first_sentence, grouped_warnings
 
 
 def verdict(result: GeneralCharacterisation) -> list[str]:
@@ -52,7 +52,7 @@ def verdict(result: GeneralCharacterisation) -> list[str]:
     other = ("at_bound", "end_of_range", "absent", "not_fitted")
     open_ = [e for e in result.identifiability if e["kind"] not in other]
     if open_ or not warned:
-        sentences.append(open_sentences(open_, set(result.unseen))[0] if open_ else _told(result))
+        sentences.append(first_sentence(open_, set(result.unseen)) if open_ else _told(result))
     return sentences
 
 

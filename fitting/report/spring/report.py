@@ -7,6 +7,7 @@ from pneusma_jax.units import from_si
 from .. import characterisation
 from ..cautions import table_of
 from ..cells import number
+from ..general.open_constants import open_sentences
 from ..report import Points, Report, Section
 from ..table import Table
 from . import text
@@ -24,12 +25,13 @@ NOTHING = "Nothing: every free constant is known better than before."
 def report_of(result: SpringCharacterisation) -> Report:
     """The report of the result."""
     drawn = pictures(result)
-    loose = [entry["text"] for entry in result.identifiability] or [NOTHING]
+    loose = open_sentences(result.identifiability) or [NOTHING]
+    verdict = text.verdict(result)
     return Report(
         title=result.title,
         subtitle=_subtitle(result),
-        verdict=text.verdict(result),
-        warnings=text.warnings(result),
+        verdict=verdict,
+        warnings=[said for said in text.warnings(result) if said not in verdict],
         real=result.real,
         sections=[
             Section("Fit", [drawn["fit"]]),

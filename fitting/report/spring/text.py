@@ -20,7 +20,7 @@ from pneusma_jax.errors import counted
 
 from .. import profile_likelihood
 from ..characterisation import another_cause, ask, doubtful, fitted_only, limits
-from ..general.open_constants import grouped_warnings, open_sentences
+from ..general.open_constants import first_sentence, grouped_warnings
 from ..instrument_zeros import how_errors_grew, large_drifts, lasting_sentence, lasting_zeros, possible_zeros
 
 OPEN_MIXING_RULE = (
@@ -65,7 +65,7 @@ def verdict(result: SpringCharacterisation) -> list[str]:
         sentences.append(overstated_sentence(reduced))
     loose = [e for e in result.identifiability if e["kind"] not in ("at_bound", "not_fitted")]
     if loose:
-        sentences.append(open_sentences(loose)[0])
+        sentences.append(first_sentence(loose))
     elif not warned:
         sentences.append(
             "These tests determine every constant that was free, each better than was known before."
