@@ -17,6 +17,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from fitting.inference.least_squares import FitResult
 from fitting.inference.least_squares.covariance import Uncertainty
 from fitting.inference.parameters import Parameter
 from pneusma_jax.errors import InputError, nearest
@@ -330,6 +331,8 @@ class _Search:
             return False
         if seen is not None:
             found.forget(distance)
+        elif result.success and found.distance[nearest_] > distance:
+            result = self._from_inside(found, distance, value, result)
         rise = self.held.rise(result)
         k = int(np.searchsorted(found.distance, distance))
         found.distance.insert(k, abs(result.values.get(self.name, value) - self.entry.value) or distance)
@@ -338,6 +341,24 @@ class _Search:
         found.values.insert(k, result.values)
         found.stopped.insert(k, not result.success)
         return True
+
+    def _from_inside(
+        self, found: _Side, distance: float, value: float, result: FitResult
+    ) -> FitResult:
+        """The lower of a fit that began at the outer neighbour and of one that begins at the inner one.
+
+        Inside, the root of the rise is about straight. A point above that line may lie in another valley of
+        the others, in which its outer neighbour was caught. All points inwards would follow it to the fit,
+        and the profile would jump there.
+        """
+        inner = int(np.flatnonzero(np.array(found.distance) < distance)[-1])
+        between = slice(inner, inner + 2)
+        line = float(np.interp(distance, found.distance[between], found.root[between]))
+        rise, at = self.held.rise(result), found.values[inner]
+        if rise <= ((1.0 + NEAR) * line) ** 2 or self.held.work.over():
+            return result
+        other = self.held.at(value, [self._ahead(found, inner, value), at], at)
+        return other if other is not None and other.chi_square < result.chi_square else result
 
     def _ahead(self, found: _Side, k: int, value: float) -> dict[str, float]:
         """Estimate of the other parameters at a place: on the line of the last two points, or by the

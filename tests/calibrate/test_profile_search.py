@@ -107,6 +107,25 @@ def test_what_stays_low_beyond_the_interval_belongs_to_it():
     assert quoted.curved and -8.0 > quoted.value - 5.0 * quoted.sd
 
 
+class TwoValleys(Problem):
+    """Of y there are two valleys, the other one higher by 4.4. Far from the fit every start ends in that one."""
+
+    def fit(self, values, held):
+        self.calls += 1
+        x = held.get("x", values["x"])
+        y = 0.0 if values["y"] < 5.0 and abs(x) < 1.4 else 10.0
+        rise = x**2 + 0.44 * y
+        return SimpleNamespace(chi_square=rise, success=True, values={"x": x, "y": y}, residual=np.sqrt([rise]))
+
+
+def test_a_point_in_another_valley_does_not_draw_those_inside_it_along():
+    """The profile of `beta_2` jumped by 4.4 beside the fit: each point had begun at its outer neighbour."""
+    found = TwoValleys(None).profile()
+    near = np.abs(found.value) < 1.4
+    np.testing.assert_allclose(found.rise[near], found.value[near] ** 2)
+    assert np.sum(near) >= 5 and np.abs(found.interval(RISES[90])).min() > 1.2
+
+
 def high_plateau(x):
     """A parabola up to 2.5 above the best value; beyond it the rise is 6 and what a prior adds."""
     return np.where(x < 0.0, x**2, np.minimum(x**2, 6.0 + (x / 8.0) ** 2))
