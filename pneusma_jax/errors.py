@@ -21,7 +21,11 @@ class Distrusted(UserWarning):
 
 
 class Implausible(UserWarning):
-    """A number of a Python call is possible, and rather in another unit than that of its argument."""
+    """A number of a Python call is possible, and rather in another unit than that of its argument.
+
+    A sensor's reading of few digits that is given alone looks like a number that a person wrote. Give its
+    readings as one array, or filter this warning.
+    """
 
 
 DISTRUSTED = "do not trust its numbers"

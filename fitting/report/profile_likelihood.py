@@ -61,27 +61,28 @@ def caption(result: Profiled) -> str:
 def figure(result: Profiled) -> Figure:
     """Chi-square over profiled parameters, beside the parabola of the standard error."""
     names = shown(result)
-    drawn, panels = house.panel_grid(len(names), 3.4, 2.7, (0.0, 0.0))
+    drawn, panels = house.panel_grid(len(names), 3.4, 2.7, (0.0, 0.3))
     for panel, name in zip(panels, names, strict=True):
         profile, unit = result.profiles[name], result.parameters[name].unit
         centre = profile.value[np.argmin(profile.rise)]
-        panel.plot(_in_file(profile.value, unit), profile.rise, "o-", color=house.BLUE)
-        late = profile.stopped
-        panel.plot(
-            _in_file(profile.value[late], unit), profile.rise[late], "o", color="white", mec=house.BLUE
-        )
+        panel.plot(_in_file(profile.value, unit), profile.rise, "o-", color=house.BLUE, label="profile")
+        if np.any(late := profile.stopped):
+            at = _in_file(profile.value[late], unit)
+            panel.plot(at, profile.rise[late], "o", color="white", mec=house.BLUE, label="stopped at a kink")
         if np.isfinite(profile.sd):
             reach = min(max(np.ptp(profile.value), 1e-12 * abs(centre)), HIGH * profile.sd)
             fine = centre + np.linspace(-reach, reach, 121)
             fine = fine[(fine >= profile.value.min()) & (fine <= profile.value.max())]
-            panel.plot(_in_file(fine, unit), ((fine - centre) / profile.sd) ** 2, "--", color=house.GREY)
+            parabola, word = ((fine - centre) / profile.sd) ** 2, "parabola of the standard error"
+            panel.plot(_in_file(fine, unit), parabola, "--", color=house.GREY, label=word)
         for end in result.parameters[name].interval.get(90, ()):
-            panel.axvline(end, color=house.GREY, linewidth=0.8)
+            panel.axvline(end, color=house.GREY, linewidth=0.8, label="ends of the 90 % interval")
         panel.set_xlabel(f"{name} [{unit}]")
         panel.set_ylabel("rise of chi-square [1]")
         highest = min(1.05 * float(np.max(profile.rise)), 2.0 * HIGH**2 * profile.rise_per_sd)
         panel.set_ylim(-0.02 * highest, highest)  # a far point would flatten the rest
         panel.locator_params(axis="x", nbins=5)
+    house.shared_legend(drawn)
     return drawn
 
 

@@ -8,6 +8,7 @@ from matplotlib.figure import Figure
 
 from fitting.calibrate.spring.pipeline import SpringCharacterisation
 from fitting.calibrate.spring.scores import Score
+from fitting.inference.numbers import number
 
 from .. import figures as house
 from .. import profile_likelihood
@@ -24,8 +25,9 @@ def pictures(result: SpringCharacterisation) -> dict[str, Picture]:
         ),
         Picture(
             "phase",
-            "Martensite fraction read from resistance over the test, with one standard deviation. Where the "
-            "band is wide, resistance says little.",
+            "Martensite fraction read from resistance over the test, with one standard deviation, whose "
+            "median each panel has. Where the band is wide, resistance says little. It may be thinner than "
+            "the line.",
             lambda: _panels(result, _phase),
         ),
         Picture(
@@ -58,8 +60,13 @@ def _stress(panel: Axes, score: Score) -> None:
 
 def _phase(panel: Axes, score: Score) -> None:
     low, high = np.clip(score.xi0 - score.xi0_sd, 0, 1), np.clip(score.xi0 + score.xi0_sd, 0, 1)
-    panel.fill_between(score.time, low, high, color=house.SKY, alpha=0.5, linewidth=0, label="± 1 sd")
-    panel.plot(score.time, score.xi0, "-", color=house.BLUE, linewidth=1.2, label="from resistance")
+    panel.fill_between(score.time, low, high, color=house.SKY, alpha=0.7, linewidth=0, label="± 1 sd")
+    panel.plot(score.time, score.xi0, "-", color=house.BLUE, linewidth=0.8, label="from resistance")
+    if np.any(known := np.isfinite(score.xi0_sd)):
+        sd = f"± {number(float(np.median(score.xi0_sd[known])), '.2g')}"
+        foot = float(np.median(score.xi0)) > 0.5  # the text stands where the line is not
+        place = {"transform": panel.transAxes, "ha": "right", "va": "center", "fontsize": 8}
+        panel.text(0.98, 0.06 if foot else 0.94, sd, **place)
     panel.set_ylim(-0.03, 1.03)
     panel.set_xlabel("time [s]")
     panel.set_ylabel("martensite fraction [1]")
