@@ -29,6 +29,15 @@ def test_preview_shows_and_writes_nothing(put, tmp_path):
     assert not (tmp_path / "out").exists()
 
 
+def test_what_several_recordings_share_is_told_once(put):
+    """A file of four tests repeated ten notes four times."""
+    files = [put(f"{name}.csv", GOOD if name == "c" else f"{GOOD}3,0.3,3\n") for name in "abc"]
+    said = run(*files, "--preview", "--kind", "elastomer").output
+    assert said.count("- time_s from 'Time (s)'") == 1 and "all 3 recordings:\n" in said
+    both = said[said.index("a, b:\n") :]
+    assert both.startswith("a, b:\n  - 4 ") and "  - 3 " in said[: said.index("a, b:\n")]
+
+
 def test_preview_writes_units_as_headings_do(put):
     rows = "".join(f"{k},{5 + k},{20 + 0.1 * k}\n" for k in range(5))
     result = run(put("a.csv", f"time [s],pressure [kPa],curvature [1/m]\n{rows}"), "--preview", "--kind", "actuator")
