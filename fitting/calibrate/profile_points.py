@@ -7,6 +7,7 @@ from typing import Protocol
 import numpy as np
 
 from fitting.inference.least_squares import FitResult, Status
+from fitting.inference.least_squares.covariance import Uncertainty
 
 from .profile_likelihood import WIDTH_99
 
@@ -148,3 +149,12 @@ def _by_data(result: FitResult) -> float:
     """Chi-square of the recordings alone."""
     own = getattr(result, "residual", None)
     return float("nan") if own is None else float(np.sum(np.asarray(own) ** 2))
+
+
+def followers(uncertainty: Uncertainty, name: str) -> dict[str, float]:
+    """Change of the other parameters with one, by the covariance of the fit."""
+    names, covariance = uncertainty.names, uncertainty.covariance
+    if name not in names:
+        return {}
+    k = names.index(name)
+    return {n: float(covariance[i, k] / covariance[k, k]) for i, n in enumerate(names) if i != k}

@@ -24,7 +24,7 @@ from pneusma_jax.errors import InputError, nearest
 
 from .profile_likelihood import ALIKE, FADED, NEAR, RISES, WIDTH_90, WIDTH_99, Profile
 from .profile_lines import Misfit, lowest_seen, places_of
-from .profile_points import GAINS, ConstrainedFit, HeldFits, Work
+from .profile_points import GAINS, ConstrainedFit, HeldFits, Work, followers
 
 MOST = 9
 """Fits on one side of a parameter up to the end of the 90 % interval, at most."""
@@ -329,36 +329,45 @@ class _Search:
         result = self.held.at(value, starts, at)
         if result is None:
             return False
+        lower = None
         if seen is not None:
             found.forget(distance)
         elif result.success and found.distance[nearest_] > distance:
-            result = self._from_inside(found, distance, value, result)
-        rise = self.held.rise(result)
-        k = int(np.searchsorted(found.distance, distance))
-        found.distance.insert(k, abs(result.values.get(self.name, value) - self.entry.value) or distance)
+            lower = self._inside(found, distance, value, result)
+        k = self._insert(found, distance, lower or result)
+        if lower is not None and not self.held.work.over():  # the outer neighbour may be out of it, too
+            outer, before = found.distance[k + 1], found.root[k + 1]
+            there = self.entry.value + side * outer
+            again = self.held.at(there, [self._ahead(found, k, there)], found.values[k])
+            if again is not None and self.held.rise(again) < before * abs(before):
+                found.forget(outer)
+                self._insert(found, outer, again)
+        return True
+
+    def _insert(self, found: _Side, distance: float, result: FitResult) -> int:
+        """Add a point at about this distance; returns its index."""
+        k, rise = int(np.searchsorted(found.distance, distance)), self.held.rise(result)
+        value = result.values.get(self.name, self.entry.value)
+        found.distance.insert(k, abs(value - self.entry.value) or distance)
         found.root.insert(k, float(np.sign(rise) * np.sqrt(abs(rise))))
         found.rise_by_data.insert(k, self.held.rise_by_data(result))
         found.values.insert(k, result.values)
         found.stopped.insert(k, not result.success)
-        return True
+        return k
 
-    def _from_inside(
-        self, found: _Side, distance: float, value: float, result: FitResult
-    ) -> FitResult:
-        """The lower of a fit that began at the outer neighbour and of one that begins at the inner one.
+    def _inside(self, found: _Side, distance: float, value: float, result: FitResult) -> FitResult | None:
+        """A lower fit that begins at the inner neighbour, of a point that began at the outer one; or None.
 
-        Inside, the root of the rise is about straight. A point above that line may lie in another valley of
-        the others, in which its outer neighbour was caught. All points inwards would follow it to the fit,
-        and the profile would jump there.
+        A point above the straight line of roots may lie in another valley, in which its outer neighbour was
+        caught. All points inwards would follow it, and the profile would jump beside the fit.
         """
         inner = int(np.flatnonzero(np.array(found.distance) < distance)[-1])
-        between = slice(inner, inner + 2)
+        between, at = slice(inner, inner + 2), found.values[inner]
         line = float(np.interp(distance, found.distance[between], found.root[between]))
-        rise, at = self.held.rise(result), found.values[inner]
-        if rise <= ((1.0 + NEAR) * line) ** 2 or self.held.work.over():
-            return result
+        if self.held.rise(result) <= ((1.0 + NEAR) * line) ** 2 or self.held.work.over():
+            return None
         other = self.held.at(value, [self._ahead(found, inner, value), at], at)
-        return other if other is not None and other.chi_square < result.chi_square else result
+        return other if other is not None and other.chi_square < result.chi_square else None
 
     def _ahead(self, found: _Side, k: int, value: float) -> dict[str, float]:
         """Estimate of the other parameters at a place: on the line of the last two points, or by the
@@ -381,12 +390,3 @@ def _known(found: _Side, wanted: float) -> bool:
 def _lowest_outwards(root: Sequence[float]) -> np.ndarray:
     """Roots of a side as intervals see them: what lies further out and lower counts, see `Profile`."""
     return np.minimum.accumulate(np.array(root)[::-1])[::-1]
-
-
-def followers(uncertainty: Uncertainty, name: str) -> dict[str, float]:
-    """Change of the other parameters with one, by the covariance of the fit."""
-    names, covariance = uncertainty.names, uncertainty.covariance
-    if name not in names:
-        return {}
-    k = names.index(name)
-    return {n: float(covariance[i, k] / covariance[k, k]) for i, n in enumerate(names) if i != k}

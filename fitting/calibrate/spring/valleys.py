@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fitting.calibrate.profile_likelihood import OtherValley, Profile
-from fitting.calibrate.profile_search import followers
+from fitting.calibrate.profile_points import followers
 
 from .information import Information, information
 from .joint import Joint, Start

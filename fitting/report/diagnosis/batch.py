@@ -136,7 +136,7 @@ def _content(result: Diagnoses) -> dict[str, Any]:
             "name": member.name,
             "path": str(member.path),
             "verdict": member.content.get("verdict"),
-            "effects": [{key: e[key] for key in EFFECT_KEYS} for e in _effects(member)],
+            "effects": [{key: e.get(key) for key in EFFECT_KEYS} for e in _effects(member)],
             "problem": member.problem or None,
         }
         for member in result.members
