@@ -67,7 +67,6 @@ class Effect(eqx.Module):
             empty if nothing is known to.
         lookalike_kinds: recordings in which that is so, as for `kinds`; all where empty.
         by_rate: true if only the clock tells it apart: without times of rows it cannot be tested.
-        remembers: true if what a specimen went through decides, such as its largest strain so far.
         woken: true if only a history wakes it: at the start of a recording it changes nothing.
         leads: true if its resistance lies outside of the wire, so that a current heats nothing there.
         alike: terms that may change places without any change: parameters of each, in one order. The first of
@@ -86,7 +85,6 @@ class Effect(eqx.Module):
     lookalike: ClassVar[str] = ""
     lookalike_kinds: ClassVar[str] = ""
     by_rate: ClassVar[bool] = False
-    remembers: ClassVar[bool] = False
     woken: ClassVar[bool] = False
     leads: ClassVar[bool] = False
     alike: ClassVar[tuple[tuple[str, ...], ...]] = ()

@@ -64,7 +64,6 @@ class WrapFriction(Effect):
     begun: Array = eqx.field(converter=jnp.asarray, default=0.0)
 
     slug: ClassVar[str] = "wrap_friction"
-    remembers: ClassVar[bool] = True
     component: ClassVar[str] = "friction"
     kinds: ClassVar[str] = "AT"
     sentence: ClassVar[str] = "The fibre wrapping rubs: bending and straightening follow different paths."

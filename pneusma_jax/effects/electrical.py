@@ -105,7 +105,6 @@ class DetwinnedResistivityMemory(Effect):
     capped: Array = eqx.field(converter=jnp.asarray, default=0.0)
 
     slug: ClassVar[str] = "detwinned_resistivity_memory"
-    remembers: ClassVar[bool] = True
     component: ClassVar[str] = "spring"
     kinds: ClassVar[str] = "AS"
     sentence: ClassVar[str] = "Detwinned martensite stays detwinned on unloading, and its resistance with it."

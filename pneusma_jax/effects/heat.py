@@ -43,7 +43,6 @@ class OpposingSpringHeating(Effect):
     along_curve: Array = eqx.field(converter=jnp.asarray, default=0.0)
 
     slug: ClassVar[str] = "opposing_spring_heating"
-    remembers: ClassVar[bool] = True
     woken: ClassVar[bool] = True
     component: ClassVar[str] = "spring"
     kinds: ClassVar[str] = "A"
@@ -128,7 +127,6 @@ class UnevenHeating(Effect):
     colder: Array = eqx.field(converter=jnp.asarray, default=12.0)
 
     slug: ClassVar[str] = "uneven_heating"
-    remembers: ClassVar[bool] = True
     component: ClassVar[str] = "spring"
     kinds: ClassVar[str] = "AS"
     sentence: ClassVar[str] = "Part of the wire, near the crimps, stays colder than the rest."

@@ -40,7 +40,6 @@ class TransformationHysteresis(Effect):
     spread: Array = eqx.field(converter=jnp.asarray, default=0.0)
 
     slug: ClassVar[str] = "transformation_hysteresis"
-    remembers: ClassVar[bool] = True
     woken: ClassVar[bool] = True
     component: ClassVar[str] = "spring"
     kinds: ClassVar[str] = "ASW"
@@ -332,7 +331,6 @@ class CyclicShakedown(Effect):
     slowness: Array = eqx.field(converter=jnp.asarray, default=0.0)
 
     slug: ClassVar[str] = "cyclic_shakedown"
-    remembers: ClassVar[bool] = True
     woken: ClassVar[bool] = True
     component: ClassVar[str] = "spring"
     kinds: ClassVar[str] = "ASW"

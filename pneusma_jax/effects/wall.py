@@ -44,7 +44,6 @@ class ViscoelasticRelaxation(Effect):
     tau_3: Array = eqx.field(converter=jnp.asarray, default=100.0)
 
     slug: ClassVar[str] = "viscoelastic_relaxation"
-    remembers: ClassVar[bool] = True
     by_rate: ClassVar[bool] = True
     woken: ClassVar[bool] = True
     alike: ClassVar[tuple[tuple[str, ...], ...]] = (("tau_1", "g_1"), ("tau_2", "g_2"), ("tau_3", "g_3"))
@@ -105,7 +104,6 @@ class MullinsSoftening(Effect):
     relative: Array = eqx.field(converter=jnp.asarray, default=0.0)
 
     slug: ClassVar[str] = "mullins_softening"
-    remembers: ClassVar[bool] = True
     woken: ClassVar[bool] = True
     component: ClassVar[str] = "elastomer"
     kinds: ClassVar[str] = "AET"
@@ -155,7 +153,6 @@ class PermanentSet(Effect):
     cycles: Array = eqx.field(converter=jnp.asarray, default=0.3)
 
     slug: ClassVar[str] = "permanent_set"
-    remembers: ClassVar[bool] = True
     woken: ClassVar[bool] = True
     component: ClassVar[str] = "elastomer"
     kinds: ClassVar[str] = "AET"

@@ -2,8 +2,6 @@
 
 from dataclasses import replace
 
-from pneusma_jax.effects import CATALOGUE
-
 from ..fit.evidence import inflation_of
 from ..fit.misfit import accurate
 from ..fit.prediction import Loss
@@ -13,8 +11,10 @@ from ..search.pool import without
 from ..search.steps import Explanation, Named
 from ..settings import DEFAULT
 from .held_out import Scores
+from .instrument_accuracy import beyond_accuracy
 from .refusals import needless, refused
 
+EVIDENCE = DEFAULT.evidence
 SHARE = DEFAULT.share
 
 
@@ -53,14 +53,14 @@ def accepted(explanation: Explanation, scores: Scores) -> tuple[Explanation, lis
 
 
 def beyond_instruments(explanation: Explanation) -> bool:
-    """True if effects explain a misfit nearly to the noise, and one of them depends on what was before.
+    """True if effects explain a misfit nearly to the noise, and static errors of instruments do not.
 
-    An inaccurate instrument errs by a function of what it reads, which is the same whatever was before.
+    An inaccurate instrument errs by a function of what it reads, which is the same whatever else happens.
     """
-    program, fit = explanation.program, explanation.final
-    if not any(CATALOGUE[slug].remembers for slug in fit.slugs):
+    program, base, fit = explanation.program, explanation.base, explanation.final
+    if leaves_more(program, fit) and kept_of(program, base, fit) > SHARE.small:
         return False
-    return not leaves_more(program, fit) or kept_of(program, explanation.base, fit) <= SHARE.small
+    return beyond_accuracy(program, base, fit) > EVIDENCE.minimum_settled
 
 
 def _with_names_of(explanation: Explanation, fit: Fit) -> Explanation:

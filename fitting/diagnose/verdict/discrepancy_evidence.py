@@ -75,17 +75,10 @@ def best_discrepancy(program: Program, fit: Fit) -> DiscrepancyEvidence | None:
             fit, and a strength's as wide as an even distribution between its bounds.
     """
     here = program.evaluate(fit.u, fit.free, near=fit.evaluation)
-    r, A = here.joined([np.ones(len(m)) for m in here.misfit])
     columns, drift = _columns(program, fit, here)
     if not columns:
         return None
-    precision = prior_sd(program.unknowns, fit.free) ** -2
-    own = np.isin(fit.free, program.unknowns.of(fit.slugs))
-    span = (program.unknowns.high - program.unknowns.low)[fit.free]
-    centre = np.where(own, fit.u[fit.free], 0.0)
-    nominal = r - A @ (fit.u[fit.free] - centre)
-    spread = 1.0 / np.sqrt(np.where(precision > 0.0, precision, 12.0 / span**2))
-    A = A * spread
+    nominal, A, centre, spread = linearised(program, fit, here)
     sizes = [len(m) for m in here.misfit]
     fitted = np.concatenate([np.full(n, float(f)) for n, f in zip(sizes, program.fitted, strict=True)])
 
@@ -104,6 +97,29 @@ def best_discrepancy(program: Program, fit: Fit) -> DiscrepancyEvidence | None:
     moved = np.clip(centre + spread * best.numbers, low, high) - fit.u[fit.free]
     left_by_drift = float(best.left_by_drift**2 @ fitted) / count
     return DiscrepancyEvidence(*best.name, float(bayes), total / count, left_by_drift, moved)
+
+
+def linearised(
+    program: Program, fit: Fit, here: Evaluation
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """A fitted model to first order, in numbers whose priors are of unit size; see `best_discrepancy`.
+
+    Args:
+        program: program of the campaign.
+        fit: the model.
+        here: its evaluation, with derivatives by its free numbers.
+
+    Returns:
+        Misfit with every number at the mean of its prior, (values,); its derivatives, (values, free); these
+        means, scaled, (free,); the sizes of the priors, scaled, (free,).
+    """
+    r, A = here.joined([np.ones(len(m)) for m in here.misfit])
+    precision = prior_sd(program.unknowns, fit.free) ** -2
+    own = np.isin(fit.free, program.unknowns.of(fit.slugs))
+    span = (program.unknowns.high - program.unknowns.low)[fit.free]
+    centre = np.where(own, fit.u[fit.free], 0.0)
+    spread = 1.0 / np.sqrt(np.where(precision > 0.0, precision, 12.0 / span**2))
+    return r - A @ (fit.u[fit.free] - centre), A * spread, centre, spread
 
 
 def _best(
@@ -138,7 +154,7 @@ def _best(
             M = BW @ B - across @ G @ across.T
             v = BW @ nominal - across @ G @ pull
             for smooth in DISCREPANCY.lengths:
-                L = _factor(B.shape[1], smooth)
+                L = smooth_factor(B.shape[1], smooth)
                 values, vectors = np.linalg.eigh(L.T @ M @ L)
                 gain = np.maximum(values, 0.0) * sizes[:, None] ** 2
                 seen = (vectors.T @ (L.T @ v)) ** 2 * sizes[:, None] ** 2
@@ -155,7 +171,7 @@ def _best(
 
 
 @cache
-def _factor(count: int, smooth: float) -> np.ndarray:
+def smooth_factor(count: int, smooth: float) -> np.ndarray:
     """Lower Cholesky factor of the prior covariance of values at the knots."""
     apart = np.arange(count)[:, None] - np.arange(count)
     return np.linalg.cholesky(np.exp(-0.5 * (apart / smooth) ** 2) + 1e-6 * np.eye(count))

@@ -13,7 +13,7 @@ from pneusma_jax.units import amount, constant_from_si
 
 from ..evaluate.unknowns import Unknown
 from ..fit.base_fit import told_at_bound
-from ..fit.misfit import relative_error
+from ..fit.misfit import accurate, relative_error
 from ..settings import DEFAULT
 from .conclusion import Conclusion
 from .exchangeable import Exchange
@@ -157,9 +157,24 @@ def _contradicted(conclusion: Conclusion) -> list[str]:
         *_not_told_apart(conclusion),
         *(f.text for f in over),
         f"{with_it} the misfit of {held} {change}{allowed}.",
+        *_within_accuracy(conclusion, it),
         *repeating(conclusion),
         *in_units(conclusion, it),
         chance,
+    ]
+
+
+def _within_accuracy(conclusion: Conclusion, it: str) -> list[str]:
+    """Sentences where names explain a misfit as small as instruments of unstated noise may make it."""
+    program, base = conclusion.explanation.program, conclusion.explanation.base
+    if not conclusion.named or not accurate(program, base):
+        return []
+    share, most = (number(100.0 * x, ".2g") for x in (relative_error(program, base), ACCURACY))
+    return [
+        f"The base model misses no output by more than {share} % of its range in a recording "
+        "(root mean square).",
+        f"Nobody states the noise, and ordinary instruments are accurate to {most} %. But no error that "
+        f"depends on a reading alone explains as much as {it}.",
     ]
 
 

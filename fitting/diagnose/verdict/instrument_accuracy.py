@@ -1,0 +1,144 @@
+"""Evidence that inaccurate instruments explain: static errors, smooth functions of what an instrument reads.
+
+Where nobody states the noise, an instrument may err by up to `ACCURACY` of its range. It errs in the same way
+whenever it reads the same, and its zero may differ between recordings. Such errors are a Gaussian process,
+linear in its numbers. So their evidence beside any fitted model is a closed form.
+"""
+
+import numpy as np
+from scipy.linalg import block_diag
+
+from fitting.inference.noise import ACCURACY
+
+from ..evaluate.inputs import shifted
+from ..evaluate.program import Program
+from ..fit.evidence import evidence, inflation_of
+from ..fit.instrument_drift import outputs_of
+from ..fit.misfit import range_of
+from ..fit.refit import Fit
+from ..settings import DEFAULT
+from .discrepancy_evidence import linearised, smooth_factor
+from .locate import hats_at, knots_of
+
+DISCREPANCY = DEFAULT.discrepancy
+
+
+def beyond_accuracy(program: Program, base: Fit, named: Fit) -> float:
+    """Least log Bayes factor of effects beside static errors of instruments of any size; deflated.
+
+    Instruments err alike with the effects and without them. So a static error that explains what the effects
+    explain leaves these no evidence, however simple they are.
+
+    Args:
+        program: program of the campaign.
+        base: model without the effects.
+        named: model with them.
+    """
+    inflation = inflation_of(program, named)
+    explained = np.max(static_gains(program, base) - static_gains(program, named), initial=0.0)
+    return evidence(program, base, named, inflation) - float(explained) / inflation
+
+
+def static_gains(program: Program, fit: Fit) -> np.ndarray:
+    """Log-evidence that static errors add to a fitted model, its numbers following; not deflated.
+
+    One instrument errs, or all do. An output errs over any of the distances of a discrepancy. An input has an
+    error of zero, of gain and of linearity.
+
+    Returns:
+        By what errs, and by sizes up to the accuracy of instruments, (errors, sizes).
+    """
+    here = fit.evaluation
+    counts = np.concatenate(
+        [np.full(len(m), float(f)) for m, f in zip(here.misfit, program.fitted, strict=True)]
+    )
+    nominal, A, *_ = linearised(program, fit, here)
+    nominal, A = counts * nominal, counts[:, None] * A
+    outputs = [
+        [counts[:, None] * D for D in _errors_of_output(program, fit, name)] for name in outputs_of(program)
+    ]
+    inputs = [counts[:, None] * D for D in _errors_of_inputs(program, fit)]
+    together = [np.concatenate([*some, *inputs], axis=1) for some in zip(*outputs, strict=True)]
+    tried = [*(D for some in outputs for D in some), *inputs, *together]
+    sizes = np.array(DISCREPANCY.sizes) / DISCREPANCY.sizes[-1]
+    return np.array([_gains(nominal, A, D, sizes) for D in tried])
+
+
+def _gains(nominal: np.ndarray, A: np.ndarray, D: np.ndarray, sizes: np.ndarray) -> np.ndarray:
+    """Log-evidence of errors beside a model, (sizes,).
+
+    Args:
+        nominal: misfit with every number of the model at the mean of its prior, (values,).
+        A: its derivatives by these numbers, whose priors are of unit size, (values, numbers).
+        D: its derivatives by errors of unit variance, (values, errors).
+        sizes: standard deviations of the errors.
+    """
+    G = np.linalg.inv(np.eye(A.shape[1]) + A.T @ A)
+    across = D.T @ A
+    known, axes = np.linalg.eigh(D.T @ D - across @ G @ across.T)
+    seen = (axes.T @ (D.T @ nominal - across @ G @ (A.T @ nominal))) ** 2
+    variances = np.square(sizes)[:, None]
+    ratio = variances * np.maximum(known, 0.0)
+    return 0.5 * np.sum(variances * seen / (1.0 + ratio) - np.log1p(ratio), axis=1)
+
+
+def _errors_of_output(program: Program, fit: Fit, quantity: str) -> list[np.ndarray]:
+    """Sensitivities of the misfit to static errors of an output, for every distance, (values, errors).
+
+    They are as large as its accuracy: a smooth function of what the model predicts, and a zero of each
+    recording.
+    """
+    predicted, followed = fit.evaluation.predicted, program.followed(fit.evaluation)
+    read = [
+        values[np.isfinite(channel.sigma) & np.isfinite(values)]
+        for k in np.flatnonzero(program.fitted)
+        for channel, values in zip(program.channels[k], predicted[k], strict=True)
+        if channel.quantity == quantity
+    ]
+    knots = knots_of(np.concatenate(read), DISCREPANCY.knots)
+    size, bent, zeros = ACCURACY * range_of(program, quantity), [], []
+    for k, channels in enumerate(program.channels):
+        parts = []
+        for channel, values in zip(channels, predicted[k], strict=True):
+            there = np.isfinite(channel.sigma) & (channel.quantity == quantity)
+            one = np.where(there, size, 0.0)[None]
+            if knots is not None:
+                one = np.concatenate([one, one * hats_at(np.nan_to_num(values), knots)])
+            parts.append(channel.whitened(one))
+        added = np.concatenate(parts, axis=1)
+        added = followed[k].projected(added)[0] if followed[k] else added
+        zeros.append(added[:1].T)
+        bent.append(added[1:].T)
+    smooth, own = np.concatenate(bent), block_diag(*zeros)
+    return [
+        np.concatenate([own, smooth @ smooth_factor(smooth.shape[1], length)], axis=1)
+        for length in DISCREPANCY.lengths
+    ]
+
+
+def _errors_of_inputs(program: Program, fit: Fit) -> list[np.ndarray]:
+    """Sensitivities of the misfit to static errors of every measured input, (values, errors) of each.
+
+    They are as large as its accuracy: a zero of each recording, an error of gain and one of linearity.
+    """
+    still = program.begun(program.stacked, fit.evaluation, fit.u)
+    nothing, followed = program.unknowns.base[:0], program.followed(fit.evaluation)
+    there, found = program.evaluate(fit.u, nothing, still).misfit, []
+
+    def moved(name: str, by: np.ndarray) -> list[np.ndarray]:
+        """Change of the misfit of every recording, (values,), when an input is shifted in every row."""
+        other = program.evaluate(fit.u, nothing, shifted(still, name, by)).misfit
+        changes = [np.nan_to_num(b - a)[None] for a, b in zip(there, other, strict=True)]
+        return [(p.projected(c)[0] if p else c)[0] for p, c in zip(followed, changes, strict=True)]
+
+    mask = np.asarray(program.stacked.mask).astype(bool)
+    for name in sorted(still.inputs.keys() - still.measured.keys()):
+        values = np.nan_to_num(np.asarray(still.inputs[name]))
+        low, high = np.min(values[mask]), np.max(values[mask])
+        if high > low:
+            place, size = 2.0 * (values - low) / (high - low) - 1.0, ACCURACY * (high - low)
+            shapes = [moved(name, size * place**power) for power in range(3)]
+            zero, *others = shapes
+            own = block_diag(*(one[:, None] for one in zero))
+            found.append(np.concatenate([own, *(np.concatenate(one)[:, None] for one in others)], axis=1))
+    return found
