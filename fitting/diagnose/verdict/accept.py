@@ -3,19 +3,20 @@
 from dataclasses import replace
 
 from ..fit.evidence import inflation_of
-from ..fit.misfit import accurate
-from ..fit.prediction import Loss
+from ..fit.misfit import accurate, limit_of
+from ..fit.prediction import Loss, predictive_chi_square
 from ..fit.refit import Fit
-from ..search.decision import counts, kept_of, leaves_more
+from ..search.decision import counts
 from ..search.pool import without
 from ..search.steps import Explanation, Named
 from ..settings import DEFAULT
 from .held_out import Scores
 from .instrument_accuracy import beyond_accuracy
+from .probabilities import effects_found
 from .refusals import needless, refused
 
 EVIDENCE = DEFAULT.evidence
-SHARE = DEFAULT.share
+EXCESS = DEFAULT.excess
 
 
 def accepted(explanation: Explanation, scores: Scores) -> tuple[Explanation, list[str]]:
@@ -34,7 +35,7 @@ def accepted(explanation: Explanation, scores: Scores) -> tuple[Explanation, lis
     """
     said, program, final = [], explanation.program, explanation.final
     if final.slugs and accurate(program, explanation.base) and not beyond_instruments(explanation):
-        said.append(needless(final.slugs))
+        said.append(needless([one.sized for one in effects_found(explanation, 0.0)]))
         return _with_names_of(explanation, explanation.base), said
     while explanation.final.slugs:
         before, after = scores.held_out(explanation)
@@ -53,13 +54,15 @@ def accepted(explanation: Explanation, scores: Scores) -> tuple[Explanation, lis
 
 
 def beyond_instruments(explanation: Explanation) -> bool:
-    """True if effects explain a misfit nearly to the noise, and static errors of instruments do not.
+    """True if effects explain a misfit to the noise, and static errors of instruments do not.
 
-    An inaccurate instrument errs by a function of what it reads, which is the same whatever else happens.
+    A faint misfit may be left. An inaccurate instrument errs by a function of what it reads, which is the
+    same whatever else happens.
     """
     program, base, fit = explanation.program, explanation.base, explanation.final
-    if leaves_more(program, fit) and kept_of(program, base, fit) > SHARE.small:
-        return False
+    for mask in (program.fitted, program.unseen):
+        if predictive_chi_square(program, fit, mask) > max(limit_of(program, mask), 1.0 + EXCESS.little):
+            return False
     return beyond_accuracy(program, base, fit) > EVIDENCE.minimum_settled
 
 

@@ -13,7 +13,6 @@ from fitting.inference.noise import ACCURACY
 from ..evaluate.inputs import shifted
 from ..evaluate.program import Program
 from ..fit.evidence import evidence, inflation_of
-from ..fit.instrument_drift import outputs_of
 from ..fit.misfit import range_of
 from ..fit.refit import Fit
 from ..settings import DEFAULT
@@ -54,9 +53,8 @@ def static_gains(program: Program, fit: Fit) -> np.ndarray:
     )
     nominal, A, *_ = linearised(program, fit, here)
     nominal, A = counts * nominal, counts[:, None] * A
-    outputs = [
-        [counts[:, None] * D for D in _errors_of_output(program, fit, name)] for name in outputs_of(program)
-    ]
+    measured = dict.fromkeys(c.quantity for k in np.flatnonzero(program.fitted) for c in program.channels[k])
+    outputs = [[counts[:, None] * D for D in _errors_of_output(program, fit, name)] for name in measured]
     inputs = [counts[:, None] * D for D in _errors_of_inputs(program, fit)]
     together = [np.concatenate([*some, *inputs], axis=1) for some in zip(*outputs, strict=True)]
     tried = [*(D for some in outputs for D in some), *inputs, *together]

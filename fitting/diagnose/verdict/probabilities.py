@@ -70,14 +70,22 @@ class Found:
     @property
     def words(self) -> str:
         """The name with its strength and the error of that; of a tentative one with its probability."""
-        told = [f"probability {self.probability:.2f}"] if self.tentative else []
+        return self._with([f"probability {self.probability:.2f}"] if self.tentative else [])
+
+    @property
+    def sized(self) -> str:
+        """The name with its strength and the error of that."""
+        return self._with([])
+
+    def _with(self, told: list[str]) -> str:
+        """The name with something in brackets, and then its strength."""
         if self.together:
-            told.append(self.together.words)
+            told = [*told, self.together.words]
         elif self.strength:
             entry = self.parameters[self.strength]
             size = format_estimate(entry["value"], entry["sd"]).replace("+/-", "±")
             end = ", an end of its range" if self.at_an_end else ""
-            told.append(f"{self.strength} = {amount(size, entry['unit'])}{end}")
+            told = [*told, f"{self.strength} = {amount(size, entry['unit'])}{end}"]
         return f"{self.slug} ({', '.join(told)})" if told else self.slug
 
 

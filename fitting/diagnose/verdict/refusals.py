@@ -11,11 +11,12 @@ from .misfit_text import not_fitted, went
 SHARE = DEFAULT.share
 
 
-def needless(slugs: Sequence[str]) -> str:
-    """A sentence about effects that explain less than the accuracy of instruments of unstated noise."""
-    it = "explains" if len(slugs) == 1 else "explain"
+def needless(sized: Sequence[str]) -> str:
+    """A sentence about effects, with their sizes, that explain less than the accuracy of instruments of
+    unstated noise."""
+    it = "explains" if len(sized) == 1 else "explain"
     return (
-        f"{joined(slugs)} {it} some of what the base model misses, which is less than instruments of "
+        f"{joined(sized)} {it} some of what the base model misses, which is less than instruments of "
         "unstated noise do: not accepted"
     )
 
