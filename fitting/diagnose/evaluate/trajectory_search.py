@@ -2,6 +2,10 @@
 
 A Gauss-Newton step that makes a recording worse is halved. Where rows switch between laws (friction, contact,
 reversal), full steps would cycle, and a fit would see noise.
+
+The damping is that of `gauss_newton.settle`, which searches one trajectory inside a compiled program. Here a
+run of the program serves all recordings that are still open. A step eliminates rows: 0.6 ms for 200 rows of
+two springs. The bounded trust-region step of `inference.least_squares` takes 130 ms for as many fractions.
 """
 
 from collections.abc import Sequence

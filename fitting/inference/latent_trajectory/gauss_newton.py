@@ -53,6 +53,10 @@ def settle(
     A step that worsens the state is halved. After one that improves it the next may be twice as long, at most
     whole. There are no tangents: end with `ended` for derivatives.
 
+    The bounded trust-region step of `inference.least_squares` factorises a dense matrix instead of
+    eliminating rows. It took 140 times as long for a trajectory of 50 rows, 1,300 times for 200, and 7,500
+    times for 400 (670 ms instead of 0.09 ms). Its sums of squares were less by at most 5e-5.
+
     Args:
         step: function of type `Step`.
         start: initial state, shape (rows,).
