@@ -1,6 +1,6 @@
 """The verdict of a search: probabilities of every candidate, of nothing and of something unknown."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -39,78 +39,127 @@ from .unexplained import by_discrepancy
 PROBABILITY = DEFAULT.probability
 SHARE = DEFAULT.share
 
+Member = tuple[str, Program, Fit, float, Correction | None]
+"""A model that predictions average over: its last effect, program, fit, weight [1] and correction."""
+
+
+@dataclass(frozen=True)
+class _Account:
+    """What is told of a search beside its probabilities.
+
+    Attributes:
+        found: effects, and something without a name.
+        place: where the misfit is.
+        fit: the model that is told.
+        before, after: scores on left-out recordings without the effects, and with the model that is told.
+        rest: smooth discrepancy beside it, if one predicts better.
+        repeats: period of the misfit, where that was asked.
+        members: models that predictions average over, see `_members`.
+    """
+
+    found: list[Found]
+    place: Place
+    fit: Fit
+    before: HeldOut
+    after: HeldOut
+    rest: Discrepancy | None
+    repeats: Repeats | None
+    members: list[Member]
+
 
 def conclude(explanation: Explanation) -> Conclusion:
     """The conclusion of a search."""
     scores = Scores()
-    explanation, taken_back = accepted(explanation, scores)
-    judged, second = assess(explanation, scores), explanation.second_look
-    if second is not None and not judged.mismatch and (found_together := assess(second, scores)).mismatch:
-        explanation, judged, taken_back = second, found_together, []  # what was removed is of the first look
-    explanation = explanation.with_chance(*judged.chance)
-    program = explanation.program
-    mismatch, named, unknown = judged.mismatch, judged.named, judged.unknown
-    discrepancy, rest = judged.discrepancy, judged.rest
-    candidates, nothing = probabilities(explanation, mismatch, unknown)
+    explanation, judged, taken_back = _assessed(explanation, scores)
+    program, mismatch, moving = explanation.program, judged.mismatch, judged.moving
+    candidates, nothing = probabilities(explanation, mismatch, judged.unknown)
     unknown = max(0.0, 1.0 - nothing - sum(p for p, _ in candidates.values()))
-    moving = judged.moving
-    found = effects_found(explanation, unknown, moving and moving.moved) if named else []
+    found = effects_found(explanation, unknown, moving and moving.moved) if judged.named else []
     if judged.mimicked and not judged.beyond:
         unknown += _share_with_lookalikes(judged.mimicked, candidates, found)
-    unnamed = mismatch and (unknown > 0.5 or not named)
+    unnamed = mismatch and (unknown > 0.5 or not judged.named)
     candidates, nothing, unknown = none_likelier_than_acting(candidates, nothing, unknown, found)
-    place, members = locate(explanation), _members(explanation)
-    hidden = not mismatch and not program.noise_stated  # a period may pass for noise that nobody states
-    repeats = repeats_of(program, explanation.final) if hidden else None
-    if unnamed:
-        if by_discrepancy(discrepancy):
-            place = place.led_by(discrepancy.driver)
-        seen = None if discrepancy is None else discrepancy.quantity
-        described = _described(explanation, place, seen, unknown, found, scores)
-        found, model, rest, repeats, before, after = described
-        fit = model[1]
-        share = unknown if named else 1.0
-        members = [(s, p, f, (1.0 - share) * w, more) for s, p, f, w, more in members if s != "base"]
-        members.insert(0, (UNMODELLED, *model, share, rest and rest.corrected))
-    else:
-        before, after, rest = _with_rest(explanation, rest, scores)
-        fit = explanation.final
-        if rest is not None:
-            members = [(*member[:4], rest.corrected) for member in members]
-        if judged.beyond:
-            repeats = repeats_of(program, explanation.final)
-            found.append(_left_over(explanation, unknown, judged, found))
-        found.sort(key=lambda f: -f.probability)
-        if judged.mimicked and not judged.beyond:  # last: nothing in the recordings speaks against a name
-            found.append(_lookalike(judged.mimicked))
+    told = (_without_names if unnamed else _with_names)(explanation, judged, unknown, found, scores)
+    found, rest, before, after = told.found, told.rest, told.before, told.after
     names = any(f.slug != UNMODELLED for f in found)
     shown = explanation.final if names else explanation.base
     left = left_of(program, shown, rest, after.reduced_chi2, explanation.base) if mismatch else None
     if left is not None and judged.unsupported and names:
         left = replace(left, supports=False)
+    several = len(told.members) > 1
     return Conclusion(
         explanation,
         mismatch,
-        place,
-        _component(explanation, found, discrepancy),
+        told.place,
+        _component(explanation, found, judged.discrepancy),
         found,
         candidates,
         nothing,
         unknown,
         explanation_sets(candidates, unknown, found) if mismatch else [],
         before.within_errors(program, explanation.base),
-        after.within_errors(program, fit, rest),
-        scores.averaged([member[1:] for member in members]) if len(members) > 1 else after,
-        {slug: w for slug, _, _, w, _ in members},
+        after.within_errors(program, told.fit, rest),
+        scores.averaged([member[1:] for member in told.members]) if several else after,
+        {slug: w for slug, _, _, w, _ in told.members},
         proposed(explanation, found),
         rest,
-        discrepancy,
+        judged.discrepancy,
         [*taken_back, *_contending(explanation, found)],
         left=left,
         signs=judged.signs,
-        repeats=repeats,
+        repeats=told.repeats,
         moving=moving,
     )
+
+
+def _assessed(explanation: Explanation, scores: Scores) -> tuple[Explanation, Assessment, list[str]]:
+    """The accepted explanation with its assessment, and remarks on what was taken back.
+
+    The second look of a search counts where the first one finds the recordings consistent.
+    """
+    explanation, taken_back = accepted(explanation, scores)
+    judged, second = assess(explanation, scores), explanation.second_look
+    if second is not None and not judged.mismatch and (found_together := assess(second, scores)).mismatch:
+        explanation, judged, taken_back = second, found_together, []  # what was removed is of the first look
+    return explanation.with_chance(*judged.chance), judged, taken_back
+
+
+def _with_names(
+    explanation: Explanation, judged: Assessment, unknown: float, found: list[Found], scores: Scores
+) -> _Account:
+    """Account of named effects with what they leave, or of recordings that are consistent."""
+    before, after, rest = _with_rest(explanation, judged.rest, scores)
+    members = _members(explanation)
+    if rest is not None:
+        members = [(*member[:4], rest.corrected) for member in members]
+    program = explanation.program
+    # a period may pass for noise that nobody states
+    hidden = not judged.mismatch and not program.noise_stated
+    repeats = repeats_of(program, explanation.final) if hidden or judged.beyond else None
+    found = list(found)
+    if judged.beyond:
+        found.append(_left_over(explanation, unknown, judged, found))
+    found.sort(key=lambda f: -f.probability)
+    if judged.mimicked and not judged.beyond:  # last: nothing in the recordings speaks against a name
+        found.append(_lookalike(judged.mimicked))
+    return _Account(found, locate(explanation), explanation.final, before, after, rest, repeats, members)
+
+
+def _without_names(
+    explanation: Explanation, judged: Assessment, unknown: float, found: list[Found], scores: Scores
+) -> _Account:
+    """Account of something without a name; doubtful effects stay beside it where they predict better."""
+    place, discrepancy = locate(explanation), judged.discrepancy
+    if by_discrepancy(discrepancy):
+        place = place.led_by(discrepancy.driver)
+    seen = None if discrepancy is None else discrepancy.quantity
+    found, fit, rest, repeats, before, after = _described(explanation, place, seen, unknown, found, scores)
+    share = unknown if judged.named else 1.0
+    members = [
+        (s, p, f, (1.0 - share) * w, more) for s, p, f, w, more in _members(explanation) if s != "base"
+    ]
+    members.insert(0, (UNMODELLED, explanation.program, fit, share, rest and rest.corrected))
+    return _Account(found, place, fit, before, after, rest, repeats, members)
 
 
 def _with_rest(
@@ -142,8 +191,8 @@ def _described(
     unknown: float,
     doubtful: list[Found],
     scores: Scores,
-) -> tuple[list[Found], tuple[Program, Fit], Discrepancy | None, Repeats | None, HeldOut, HeldOut]:
-    """The model discrepancy, the period and the scores where something is unmodelled.
+) -> tuple[list[Found], Fit, Discrepancy | None, Repeats | None, HeldOut, HeldOut]:
+    """Effects, fit, discrepancy, period and both scores of `_Account`, where something is unmodelled.
 
     Doubtful effects stay if held-out recordings need them. A smooth term stays if it predicts them better.
     """
@@ -165,10 +214,10 @@ def _described(
             score = scores.averaged([(program, fit, 1.0, rest.corrected)])
             options.append((score, found, fit, rest, repeats))
     after, found, fit, rest, repeats = min(options, key=lambda option: option[0].reduced_chi2)
-    return found, (program, fit), rest, repeats, before, after
+    return found, fit, rest, repeats, before, after
 
 
-def _members(explanation: Explanation) -> list[tuple[str, Program, Fit, float, Correction | None]]:
+def _members(explanation: Explanation) -> list[Member]:
     """Explanations that predictions average over: candidates for the last effect, by their probabilities."""
     if not explanation.leave_one_out:
         return [("base", explanation.program, explanation.base, 1.0, None)]
