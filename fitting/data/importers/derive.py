@@ -17,11 +17,6 @@ from .making import Channel, Making
 from .sizes import SAME
 from .specimen_sizes import AREAS, area_mm2, gauge_length_mm, length_at_rest_mm
 
-CREDIBLE_STRESS_MPA = 1500.0
-"""Maximum credible stress. Nitinol breaks near 1000 MPa, so a larger one indicates a wrong cross-section or
-another metal."""
-METAL_MPA = 60.0
-"""Minimum stress that no elastomer bears [MPa]: natural rubber, the strongest, breaks at 30 MPa."""
 LEAST = 0.2
 """Minimum part of the largest value at which a row's ratio is meaningful."""
 AT_REST = 0.05
@@ -239,12 +234,10 @@ def _derive_stress(making: Making) -> None:
 
 def question_stress(columns: dict[str, np.ndarray], making: Making) -> None:
     """Ask about a stress that no specimen of the kind bears."""
-    name, most, matter = {
-        "wire": ("stress_MPa", CREDIBLE_STRESS_MPA, "nitinol"),
-        "elastomer": ("stress_kPa", 1e3 * METAL_MPA, "rubber"),
-    }.get(making.kind, ("", 0.0, ""))
-    if name not in columns:
+    bears, name = schema.KINDS[making.kind].bears, schema.column_of(making.kind, "stress")
+    if bears is None or name not in columns:
         return
+    most, matter = bears
     values = np.abs(columns[name])
     farthest = float(np.nanmax(values))
     asked = f"check: {making.channels['stress'].label!r} is " if "stress" in making.channels else "none"

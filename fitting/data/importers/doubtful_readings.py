@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..recordings import schema
 from ..recordings.angle_units import TURN_DEG
 from .making import Channel, Making
 from .running_clock import leap_by_an_hour
@@ -69,14 +70,6 @@ _GERMAN = re.compile(r"winkel|biegung", re.IGNORECASE)
 
 _DRIVES = ("pressure", "current", "resistance")
 """Beginnings of the columns of an actuator that follow what is done to it."""
-# Driving and responding columns of a test, by kind.
-_PAIRS = {
-    "elastomer": (("strain", "stress_kPa"),),
-    "wire": (("strain", "stress_MPa"),),
-    "spring": (("elongation_mm", "force_N"), ("elongation_mm", "resistance_ohm")),
-    "tube": (("pressure_kPa", "length_mm"),),
-    "actuator": (("pressure_kPa", "bend_angle_deg"), ("pressure_kPa", "curvature_1pm")),
-}
 
 
 class _Course(NamedTuple):
@@ -116,7 +109,7 @@ def question_readings(
         is_clock: true if the time was read from times of day.
         making: state of the import; questions are added to its notices.
     """
-    for pair in _PAIRS.get(making.kind, ()):
+    for pair in schema.KINDS[making.kind].responses:
         if all(name in columns for name in pair):
             course = _Course.of(columns, pair, rows)
             if len(course.rows) > 2 * LONGEST:

@@ -20,7 +20,7 @@ from .sizes import (
     statements,
     states_a_size_among_others,
 )
-from .specimen_sizes import OF_KIND, ROUNDING, repeats_an_option
+from .specimen_sizes import ROUNDING, repeats_an_option
 from .spelling import dimension, narrow
 from .table_notices import NO_NUMBERS
 
@@ -138,7 +138,7 @@ def _ask(unread: dict[str, str], perhaps: list[str], offered: dict[str, str], ma
         making.warn(f"sizes of an {making.kind} are its design's; {_some(offered)}: {options} takes them")
     if perhaps:
         straight = making.kind in ("wire", "elastomer")
-        names = _STRAIGHT if straight else OF_KIND.get(making.kind, tuple(schema.GEOMETRY_NUMBERS))
+        names = _STRAIGHT if straight else schema.KINDS[making.kind].sizes or tuple(schema.GEOMETRY_NUMBERS)
         one = len({*perhaps}) == 1
         making.warn(
             f"{_some(perhaps)} may state {'a size' if one else 'sizes'} of the specimen, and"

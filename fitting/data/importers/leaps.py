@@ -4,6 +4,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from ..recordings import schema
 from .making import Making
 
 APART = 8.0
@@ -34,11 +35,6 @@ LONGER = 0.02
 """Minimum range of a length that changes meanwhile, over the largest reading [1]. Creep is smaller."""
 _MAY_LEAP = ("time", "cycle", "current", "setpoint", "bend_direction")
 """Beginnings of columns that may leap in one row: a drive that is switched, and counts."""
-_MOVED = {
-    "elastomer": ("strain", "stress_kPa"),
-    "wire": ("strain", "stress_MPa"),
-    "spring": ("elongation_mm", "force_N"),
-}
 
 
 def question_leaps(columns: Mapping[str, np.ndarray], rows: np.ndarray, making: Making) -> None:
@@ -66,7 +62,7 @@ def question_leaps(columns: Mapping[str, np.ndarray], rows: np.ndarray, making: 
         _question_still(columns["pressure_kPa"], columns["length_mm"], making)
     if making.kind == "elastomer" and {"strain", "stress_kPa"} <= columns.keys():
         _question_stopped(columns["strain"], columns["stress_kPa"], rows, making)
-    pair = _MOVED.get(making.kind, ())
+    pair = schema.KINDS[making.kind].pull
     if pair and pair[0] in columns:
         _question_last(pair[0], columns[pair[0]], rows, making)
     if pair and all(name in columns for name in pair):

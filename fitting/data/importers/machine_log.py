@@ -4,10 +4,10 @@
 import numpy as np
 
 from ..recordings import Recording
+from ..recordings.kinds import CREDIBLE_STRESS_MPA
 from ..recordings.table import unusable
 from .assemble import Facts, assemble
 from .channels import channels_of, in_unit
-from .derive import CREDIBLE_STRESS_MPA
 from .format import Format
 from .grid import Grid
 from .making import Channel

@@ -10,14 +10,13 @@ from pneusma_jax.errors import InputError
 
 from ..recordings import Recording, schema
 from ..recordings.columns import convert
-from ..recordings.kinds import WIRE_STRAIN_FRACTION_LIMIT, WIRE_STRAIN_LIMIT
+from ..recordings.kinds import METAL_MPA, WIRE_STRAIN_FRACTION_LIMIT, WIRE_STRAIN_LIMIT
 from ..recordings.table import unusable
 from .assemble import Facts, assemble
 from .channels import channels_of, in_unit, named_channels, with_options
 from .circuit import VOLTAGES, resistance_named
 from .columns_aside import notices_of_columns_aside
 from .crosshead_speed import stated_speeds, with_displacement
-from .derive import METAL_MPA
 from .format import Format
 from .header_lines import lines_unread
 from .making import Channel, Making

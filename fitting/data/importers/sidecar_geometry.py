@@ -35,7 +35,7 @@ def geometry_of_sidecar(of_format: Mapping[str, object], making: Making) -> dict
     if kind == "actuator" and "resistance_3" in making.channels and "design" not in geometry:
         geometry["design"] = "triad"
         making.warn(f'design = "triad", since {making.channels["resistance_3"].label!r} is of a third spring')
-    fitted = {"elastomer": "material", "wire": "alloy"}.get(kind)
+    fitted = schema.KINDS[kind].identified
     if fitted and fitted not in geometry:
         geometry[fitted] = "fit"
         notices.append(

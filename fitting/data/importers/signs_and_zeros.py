@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from ..recordings import schema
 from ..recordings.table import unusable
 from .channels import in_unit
 from .compression import About, ask_about_compression, make_compression_negative, source_quantity
@@ -21,13 +22,6 @@ OPPOSED = 0.2
 """Minimum part of its range by which stress opposes strain, for one of them to have the wrong sign."""
 STEADY_K = 5.0
 """Maximum range of temperature of a test at one temperature [K]."""
-
-# Driving and responding column of a test, by kind.
-_PAIRS = {
-    "elastomer": ("strain", "stress_kPa"),
-    "wire": ("strain", "stress_MPa"),
-    "spring": ("elongation_mm", "force_N"),
-}
 
 
 def subtract(making: Making) -> None:
@@ -91,8 +85,8 @@ def correct_signs_and_zeros(columns: dict[str, np.ndarray], making: Making, abou
     """
     rows = len(next(iter(columns.values())))
     keep = np.ones(rows, bool)
-    pair = _PAIRS.get(making.kind)
-    if pair is None or not set(pair) <= columns.keys():
+    pair = schema.KINDS[making.kind].pull
+    if not pair or not set(pair) <= columns.keys():
         return keep
     decided = "" if making.kind == "spring" else make_compression_negative(columns, pair, making, about)
     steady = making.kind == "elastomer" or _is_isothermal(columns, making.kind)

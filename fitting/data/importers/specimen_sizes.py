@@ -7,6 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from ..recordings import schema
+from ..recordings.kinds import TUBE
 from ..recordings.nominal import nominal_geometry
 from ..recordings.sidecar import implausible_size
 from ..recordings.table import unusable
@@ -29,13 +31,6 @@ _OF_THE_FILE = {
 }  # fmt: skip
 """Sizes that a file may state in place of one of the user's."""
 
-OF_KIND = {
-    "spring": (
-        "wire_diameter_mm", "mandrel_diameter_mm", "initial_pitch_mm", "active_coils", "free_length_mm",
-    ),
-    "tube": ("outer_diameter_mm", "wall_thickness_mm", "length_mm"),
-}  # fmt: skip
-"""Sizes of `[geometry]` that a file of a kind may state."""
 _WIRES_ACROSS = {
     "coil_diameter_mm": 1.0, "coil_outer_diameter_mm": 2.0, "outer_diameter_mm": 2.0,
     "inner_diameter_mm": 0.0,
@@ -151,7 +146,7 @@ def geometry_of_file(making: Making) -> dict[str, float]:
     Each is told in a notice. A mandrel follows from a coil's diameter less the wire's.
     """
     geometry = {}
-    for key in OF_KIND.get(making.kind, ()):
+    for key in schema.KINDS[making.kind].sizes:
         if key in making.options.dimensions:
             continue
         if key in making.sizes:
@@ -190,7 +185,7 @@ def say_sizes_of_the_source(
         columns: columns of the recording, in canonical units.
         making: what is known of the recording.
     """
-    sizes = OF_KIND["tube"]
+    sizes = TUBE.sizes
     missing = [key for key in sizes if key not in geometry]
     if making.kind != "tube" or not missing or len(missing) == len(sizes) or making.unread:
         return
@@ -234,7 +229,7 @@ def _by_bore(making: Making, known: Mapping[str, float]) -> dict[str, float]:
 
     A bore that contradicts them is asked about.
     """
-    bore, outer, wall = making.sizes["inner_diameter_mm"], *map(known.get, OF_KIND["tube"][:2])
+    bore, outer, wall = making.sizes["inner_diameter_mm"], *map(known.get, TUBE.sizes[:2])
     said = f"the bore that the file states ({bore.said!r})"
     if outer is not None and bore.value >= outer:
         raise unusable(

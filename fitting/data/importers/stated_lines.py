@@ -13,7 +13,7 @@ import numpy as np
 
 from pneusma_jax.units import dimension_of, find_unit
 
-from ..recordings import Recording
+from ..recordings import Recording, schema
 from .grid import Grid
 from .header_lines import shown
 from .making import Making
@@ -235,9 +235,8 @@ def _of_law(line: str, name: str, value: str, recording: Recording) -> str:
 
 def _assumed(recording: Recording) -> Mapping[str, Any]:
     """Words of [geometry] that a kind of recording takes from the source where nobody states them."""
-    keys = {"tube": ("material",), "spring": ("alloy",), "actuator": ("material", "alloy", "orientation")}
     nominal = recording.full_geometry()
-    return {k: nominal[k] for k in keys.get(recording.kind, ()) if isinstance(nominal.get(k), str)}
+    return {k: nominal[k] for k in schema.KINDS[recording.kind].assumed if isinstance(nominal.get(k), str)}
 
 
 def _plain(text: str) -> str:

@@ -22,6 +22,11 @@ FARTHEST_STRETCH = 20.0
 """Maximum stretch [1]. The softest silicones break near a stretch of 17 (Ecoflex 00-30 in tension)."""
 FAR_STRAIN = 10.0
 """Strain beyond which it is asked whether it is percent [1]. The softest silicones break at 9 to 10."""
+CREDIBLE_STRESS_MPA = 1500.0
+"""Maximum credible stress. Nitinol breaks near 1000 MPa, so a larger one indicates a wrong cross-section or
+another metal."""
+METAL_MPA = 60.0
+"""Minimum stress that no elastomer bears [MPa]: natural rubber, the strongest, breaks at 30 MPa."""
 METAL_UNITS = ("MPa", "GPa", "ksi")
 PERCENT = "if these are percent, name the column strain_percent (on import: --unit strain=percent)"
 PHASE = ("xi0", "resistance", "temperature", "current", "duty")
@@ -129,6 +134,12 @@ SPRING = register(
         _spring_reason,
         channels=("elongation", "xi0", "resistance", "temperature"),
         needed="elongation_mm",
+        responses=(("elongation_mm", "force_N"), ("elongation_mm", "resistance_ohm")),
+        pulled=True,
+        sizes=(
+            "wire_diameter_mm", "mandrel_diameter_mm", "initial_pitch_mm", "active_coils", "free_length_mm",
+        ),
+        assumed=("alloy",),
     )
 )
 WIRE = register(
@@ -142,6 +153,10 @@ WIRE = register(
         _of_wire,
         _wire_reason,
         either=("stress_MPa", "strain"),
+        responses=(("strain", "stress_MPa"),),
+        pulled=True,
+        bears=(CREDIBLE_STRESS_MPA, "nitinol"),
+        identified="alloy",
         ranges=(
             (
                 "strain",
@@ -158,6 +173,10 @@ ELASTOMER = register(
         _of_elastomer,
         _elastomer_reason,
         zeros=("strain", "stress_kPa"),
+        responses=(("strain", "stress_kPa"),),
+        pulled=True,
+        bears=(1e3 * METAL_MPA, "rubber"),
+        identified="material",
         farthest={"strain": Farthest(FARTHEST_STRETCH - 1.0, FAR_STRAIN)},
         ranges=(("strain", lambda strain: strain <= -1.0, f"engineering strain stays above -1; {PERCENT}"),),
     )
@@ -170,6 +189,9 @@ TUBE = register(
         _tube_reason,
         channels=("pressure",),
         needed="pressure_kPa",
+        responses=(("pressure_kPa", "length_mm"),),
+        sizes=("outer_diameter_mm", "wall_thickness_mm", "length_mm"),
+        assumed=("material",),
     )
 )
 ACTUATOR = register(
@@ -191,5 +213,7 @@ ACTUATOR = register(
         channels=("pressure", "ambient", *PHASE),
         needed="pressure_kPa",
         numbered=True,
+        responses=(("pressure_kPa", "bend_angle_deg"), ("pressure_kPa", "curvature_1pm")),
+        assumed=("material", "alloy", "orientation"),
     )
 )

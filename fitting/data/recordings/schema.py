@@ -88,6 +88,14 @@ class Kind:
         channels: quantities that a protocol may prescribe; empty if no protocol is for this kind.
         needed: column of the channel that every protocol prescribes.
         numbered: true if a protocol's channels of heat carry the number of a spring, as for actuators.
+        responses: pairs of a driving column and one that responds to it, the usual pair first.
+        pulled: true if grips move the specimen and a load cell tells its force or stress: the first pair.
+        bears: stress beyond which it is asked whether the specimen bears it, in the unit of its column, and
+            its matter; None where no stress is recorded.
+        sizes: keys of `[geometry]` that the lines of a raw file may state; empty for a cross-section and a
+            gauge length, and for an actuator, which has its design's.
+        identified: key of `[geometry]` that is `"fit"` where a raw file names no table; empty for none.
+        assumed: keys of `[geometry]` whose words are the source's where nobody states them.
     """
 
     name: str
@@ -102,6 +110,17 @@ class Kind:
     channels: tuple[str, ...] = ()
     needed: str = ""
     numbered: bool = False
+    responses: tuple[tuple[str, str], ...] = ()
+    pulled: bool = False
+    bears: tuple[float, str] | None = None
+    sizes: tuple[str, ...] = ()
+    identified: str = ""
+    assumed: tuple[str, ...] = ()
+
+    @property
+    def pull(self) -> tuple[str, ...]:
+        """Columns of position and force of a specimen that is pulled; empty for any other."""
+        return self.responses[0] if self.pulled else ()
 
 
 KINDS: dict[str, Kind] = {}
