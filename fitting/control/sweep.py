@@ -36,11 +36,15 @@ and here both are."""
 LOAD = 3e-3
 """Force on the tip that the controller does not know [N]: 0.3 g, a fifth of the actuator's own weight."""
 STEP, HOLD, PERIOD = 5.0, 60.0, 45.0
-LEVEL, SWING, PRESSURE = 20.0, 8.0, 20e3
+"""Times of the step and of the end of its hold, and the period of the sine after it [s]."""
+LEVEL, SWING = 20.0, 8.0
+"""Curvature after the step, and the swing of the sine about it [1/m]."""
+PRESSURE = 20e3
+"""Gauge pressure, constant [Pa]."""
 USUAL_DESIGN = "pneusma2"
 """Design that is driven where nothing names one."""
-INTERVAL = 0.25
-UNTIL = 150.0
+INTERVAL, UNTIL = 0.25, 150.0
+"""Time between rows, and the end of a run [s]."""
 SINCE = 10.0
 """Time from which errors count [s]: five seconds after the step."""
 HALVINGS = 12
@@ -196,17 +200,19 @@ def run_sweep(
     cases.append(Case("no mismatch", plain, None))
     for slug, numbers in CONCEALED.items():
         progress(slug)
-        off = find_effect(slug)()
-        told = {
-            k: float(getattr(off, k)) + (x - float(getattr(off, k))) * (1.0 - error)
-            for k, x in numbers.items()
-        }
         plant = Plant(under(0.0), all_effects({slug: numbers}))
-        found = Plant(under(0.0), all_effects({slug: told}))
+        found = Plant(under(0.0), all_effects({slug: _told(slug, numbers, error)}))
         cases.append(Case(slug, loop.run(plant, nothing), loop.run(plant, found)))
     progress("unknown load")
     cases.append(Case("unknown load", loop.run(Plant(under(LOAD), all_effects({})), nothing), None))
     return Sweep(Path(design).stem, loop, tuple(cases))
+
+
+def _told(slug: str, numbers: Mapping[str, float], error: float) -> dict[str, float]:
+    """Numbers of an effect that a controller was told: nearer to no effect by a relative error."""
+    absent = find_effect(slug)()
+    neutral = {name: float(getattr(absent, name)) for name in numbers}
+    return {name: neutral[name] + (1.0 - error) * (x - neutral[name]) for name, x in numbers.items()}
 
 
 def run_model(

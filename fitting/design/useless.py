@@ -40,15 +40,21 @@ def check_tolerances(given: Uncertainty, free: Sequence[Free], plans: Sequence[P
     for one in given.tolerances:
         if one.name.rpartition(".")[2] not in POSITIVE:
             continue
-        ordered = [f.low.value for f in free if f.name == one.name and f.low.parameter is None]
-        if not any(f.name == one.name for f in free):
-            ordered = [plan.tables[0].values()[one.name] for plan in plans]
-        reach = one.half_width or CUT * one.sd
-        if ordered and min(ordered) - reach <= 0.0:
+        ordered = _least_ordered(one.name, free, plans)
+        made = ordered - (one.half_width or CUT * one.sd)
+        if made <= 0.0:
             unit = INTERNAL_UNITS[QUANTITIES["actuator"][one.name]]
             unit = "mm" if unit == "m" else unit
-            least, size = (f"{from_si(x, unit):.4g} {unit}" for x in (min(ordered) - reach, min(ordered)))
+            worded = [f"{from_si(size, unit):.4g} {unit}" for size in (made, ordered)]
             raise InputError(
-                f"{path}: [uncertainty] tolerance.{one.name}: it makes {least} of {size}, but {one.name} must"
-                " be positive; state a smaller tolerance, or a larger lower end"
+                f"{path}: [uncertainty] tolerance.{one.name}: it makes {' of '.join(worded)}, but"
+                f" {one.name} must be positive; state a smaller tolerance, or a larger lower end"
             )
+
+
+def _least_ordered(name: str, free: Sequence[Free], plans: Sequence[Plan]) -> float:
+    """Least value of a size that a study orders, SI; infinite where another free number alone bounds it."""
+    own = [one for one in free if one.name == name]
+    if not own:
+        return min(plan.tables[0].values()[name] for plan in plans)
+    return min((one.low.value for one in own if one.low.parameter is None), default=float("inf"))

@@ -232,7 +232,7 @@ def _largest_stress_MPa(sample: Sample, channels: dict[str, Channel], options: O
         return abs(float(convert(value, unit_name(unit), "MPa")))
     if stress is not None and dimension(stress.unit) == "pressure":
         return float(np.nanmax(np.abs(convert(stress.values, unit_name(str(stress.unit)), "MPa"))))
-    making = Making(channels, "wire", options.alone(), sample.sizes, str(sample.raw.path), [])
+    making = Making(channels, "wire", options.with_own_record(), sample.sizes, str(sample.raw.path), [])
     area = area_mm2(making, quiet=True)
     if area is None or force is None or dimension(force.unit) not in ("force", "mass"):
         return None

@@ -129,7 +129,7 @@ class Options:
             or self.slack not in (None, "keep", "fit")
         )
 
-    def alone(self) -> "Options":
+    def with_own_record(self) -> "Options":
         """The same options with a record of use of their own."""
         return replace(self, used=Used())
 

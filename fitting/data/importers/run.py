@@ -81,13 +81,60 @@ def import_tests(path: str | Path, options: Options | None = None) -> list[Recor
     return [one.recording for one in made]
 
 
-def _tests_of(path: str | Path, options: Options, alone: bool = True) -> list[Made]:
+def import_files(
+    paths: Iterable[str | Path],
+    options: Options | None = None,
+    optional: Collection[Path] = (),
+    refused: list[InputError] | None = None,
+) -> list[Recording]:
+    """Make the recordings of each file, all or none. Names that would clash are told apart.
+
+    With `options.successive` they are one recording, in the order of the files.
+
+    Args:
+        paths: raw files.
+        options: statements of the user; none by default.
+        optional: files without which the others are imported, such as those of a folder.
+        refused: errors of optional files are added to this list.
+
+    Raises:
+        InputError: if another file cannot be imported (first one's line and the number of others), if none
+            can, or if no file uses an option.
+    """
+    options, paths = options or Options(), list(map(Path, paths))
+    made: list[Made] = []
+    errors: list[InputError] = []
+    left_out: list[InputError] = []
+    for path in paths:
+        try:
+            made += _tests_of(path, options, len(paths) == 1)
+        except InputError as error:
+            (left_out if path in optional else errors).append(error)
+    if errors or not made:
+        raise first_of(errors or left_out)
+    if refused is not None:
+        refused += left_out
+    _refuse_unused(made, options)
+    refuse_unused_rows(options.rows, [(one.sample, one.options.used) for one in made])
+    refuse_several_named(options.rows, [one.sample for one in made])
+    recordings = [one.recording for one in made]
+    refuse_twice(paths)
+    if options.successive:
+        return [_joined_tests(paths, made, options)]
+    separate_names(recordings)
+    ask_about_copies(recordings)
+    for recording in recordings:
+        recording.source["notes"] = list(recording.notices)
+    return recordings
+
+
+def _tests_of(path: str | Path, options: Options, only_file: bool = True) -> list[Made]:
     """Recordings of a file, each with its own record of used options.
 
     Args:
         path: text file or xlsx.
         options: statements of the user.
-        alone: true if no other file is imported with it.
+        only_file: true if no other file is imported with it.
     """
     samples, options = selected_test(samples_of(open_raw(path), options.sheet), options)
     formats: list[Format | InputError] = [format_or_error(sample, options) for sample in samples]
@@ -99,10 +146,10 @@ def _tests_of(path: str | Path, options: Options, alone: bool = True) -> list[Ma
         first = formats[0]
         if isinstance(first, InputError):
             raise first
-        _read(first, samples[0], options.alone())
+        _read(first, samples[0], options.with_own_record())  # raises, and says why no format takes it
     tests = [sample for sample, found in zip(samples, formats, strict=True) if found in formats_of_tests]
     refuse_several_named(options.rows, tests)
-    alone = alone and len(tests) == 1
+    only_test = only_file and len(tests) == 1
     made: list[Made] = []
     aside = []
     for sample, found, why in zip(samples, formats, lacking, strict=True):
@@ -116,8 +163,8 @@ def _tests_of(path: str | Path, options: Options, alone: bool = True) -> list[Ma
             aside.append(f"{sample.title!r} was left out: {why}")
             continue
         _refuse_doubtful([sample])
-        own = options.alone()
-        sample = with_rows(sample, own, alone)
+        own = options.with_own_record()
+        sample = with_rows(sample, own, only_test)
         made.append(Made(_read(found, sample, own), own, sample))
     for one in made:
         _add_notices(one.recording, [*aside, *_several_tests_notice(one.recording, made)])
@@ -184,67 +231,17 @@ def _refuse_unused(made: list[Made], options: Options) -> None:
     Raises:
         InputError: with the reason, and the option that is meant.
     """
-    for pair in options.stated():
-        without = [one for one in made if pair not in one.options.used.names]
+    for statement in options.stated():
+        without = [one for one in made if statement not in one.options.used.names]
         if len(without) == len(made):
             recording, own, _ = made[0]
-            raise unusable(
-                recording.path or recording.name,
-                own.used.why.get(pair, f"{' '.join(pair).strip()} has no effect here; leave it out"),
-            )
+            no_effect = f"{' '.join(statement).strip()} has no effect here; leave it out"
+            raise unusable(recording.path or recording.name, own.used.why.get(statement, no_effect))
         for recording, own, _ in without:
-            _add_notices(recording, [f"check: not used here: {own.used.why[pair]}"])
+            _add_notices(recording, [f"check: not used here: {own.used.why[statement]}"])
 
 
-def import_files(
-    paths: Iterable[str | Path],
-    options: Options | None = None,
-    optional: Collection[Path] = (),
-    refused: list[InputError] | None = None,
-) -> list[Recording]:
-    """Make the recordings of each file, all or none. Names that would clash are told apart.
-
-    With `options.successive` they are one recording, in the order of the files.
-
-    Args:
-        paths: raw files.
-        options: statements of the user; none by default.
-        optional: files without which the others are imported, such as those of a folder.
-        refused: errors of optional files are added to this list.
-
-    Raises:
-        InputError: if another file cannot be imported (first one's line and the number of others), if none
-            can, or if no file uses an option.
-    """
-    options, paths = options or Options(), list(map(Path, paths))
-    made: list[Made] = []
-    alone = len(paths) == 1
-    errors: list[InputError] = []
-    left_out: list[InputError] = []
-    for path in paths:
-        try:
-            made += _tests_of(path, options, alone)
-        except InputError as error:
-            (left_out if path in optional else errors).append(error)
-    if errors or not made:
-        raise first_of(errors or left_out)
-    if refused is not None:
-        refused += left_out
-    _refuse_unused(made, options)
-    refuse_unused_rows(options.rows, [(one.sample, one.options.used) for one in made])
-    refuse_several_named(options.rows, [one.sample for one in made])
-    recordings = [one.recording for one in made]
-    refuse_twice(paths)
-    if options.successive:
-        return [_one_of_all(paths, made, options)]
-    separate_names(recordings)
-    ask_about_copies(recordings)
-    for recording in recordings:
-        recording.source["notes"] = list(recording.notices)
-    return recordings
-
-
-def _one_of_all(paths: Sequence[Path], made: Sequence[Made], options: Options) -> Recording:
+def _joined_tests(paths: Sequence[Path], made: Sequence[Made], options: Options) -> Recording:
     """The recordings of files that hold one test each, joined in the order of the files."""
     for path in paths:
         count = sum(one.recording.path == path for one in made)

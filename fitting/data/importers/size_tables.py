@@ -42,12 +42,24 @@ def table_of_sizes(rows: Sequence[Sequence[str]]) -> dict[str, Sizes]:
         if any(_is_pressure(text) for text in header):
             return {}  # such as a tube under pressure, its length or diameter measured row by row
         body, units = filled[at + 1 :], [heading.unit for heading in names]
-        if body and all(not text or is_unit(text.strip("()[]")) for text in body[0]) and any(body[0]):
-            below = [*body[0], *[""] * (len(header) - len(body[0]))]
-            units = [text.strip("()[]") or unit for text, unit in zip(below, units, strict=False)]
+        if body and (below := _units_of(body[0], len(header))):
+            units = [own or unit for own, unit in zip(below, units, strict=True)]
             body = body[1:]
         return _by_specimen(body, labels, {c: (str(keys[c]), units[c], header[c]) for c in sized})
     return {}
+
+
+def _units_of(row: Sequence[str], columns: int) -> list[str]:
+    """Units in a row below the headings, empty where a column has none; no units for any other row.
+
+    Args:
+        row: fields.
+        columns: number of headings.
+    """
+    texts = [text.strip("()[]") for text in row]
+    if not any(texts) or not all(not text or is_unit(text) for text in texts):
+        return []
+    return [*texts, *[""] * (columns - len(texts))][:columns]
 
 
 def _is_pressure(heading: str) -> bool:

@@ -18,7 +18,8 @@ _CHANGES = re.compile(
 )
 """Words of a remark after which the numbers below it may count otherwise."""
 NO_NUMBERS = "numbers and"
-"""Words of the notice on lines of text below the headings, which quotes some of them."""
+"""Part of the notice on rows of text below the headings, `are not numbers and were dropped`. Other modules
+know the notice by it."""
 _LISTED = 3
 """Number of left-out rows that a notice shows."""
 _WIDTH = 40
@@ -77,7 +78,7 @@ def label_of(row: list[str]) -> str:
     return next((text for text in row if re.search(r"[^\W\d_]{2}", text) and not like_a_number(text)), "")
 
 
-def of_all_others(rows: dict[int, str], labels: dict[int, str], sure: bool) -> str:
+def statistics_by_numbers(rows: dict[int, str], labels: dict[int, str], sure: bool) -> str:
     """Warning about rows that were told as statistics by their numbers alone.
 
     Args:

@@ -30,9 +30,9 @@ from .table_notices import (
     dropped_rows,
     label_of,
     longer_rows,
-    of_all_others,
     other_units,
     rows_between,
+    statistics_by_numbers,
     statistics_told,
 )
 from .texts import read_texts
@@ -243,7 +243,7 @@ def _without_statistics(fields: Rows, keep: list[int], values: np.ndarray) -> tu
     said = {keep[k]: name for k, name in summed.rows.items()}
     labels = {i: label for i in said if (label := label_of(fields[i]))}
     left = [i for k, i in enumerate(keep) if k not in summed.rows] if summed.sure else keep
-    return left, [of_all_others(said, labels, summed.sure)]
+    return left, [statistics_by_numbers(said, labels, summed.sure)]
 
 
 def _numbers(parsed: Parsed, keep: list[int], width: int) -> np.ndarray:

@@ -206,8 +206,10 @@ def locate_table(stated: str, recording: Path | None) -> str | Path:
 
 def all_real(recordings: Iterable[Recording]) -> bool | None:
     """True if all recordings were measured, False if one was simulated, else None: one does not state it."""
-    stated = [recording.real for recording in recordings]
-    return False if False in stated else None if None in stated else True
+    stated = {recording.real for recording in recordings}
+    if False in stated:
+        return False
+    return None if None in stated else True
 
 
 def require_fitted(recordings: Iterable[Recording], path: Path | str) -> None:

@@ -39,7 +39,10 @@ def input_noise(recordings: list[Recording], stacked: Rows) -> dict[str, np.ndar
 
 
 def _noise(recording: Recording, name: str) -> float:
-    """1-sigma of one input of one recording, SI; correlated errors count as white ones that are as slow."""
+    """1-sigma of one input of one recording, SI.
+
+    Correlated errors count as white ones whose mean over many rows scatters as much.
+    """
     if not recording.has(name):
         return 0.0
     sigma, stated = noise_of(recording, name), recording.noise_si(name)
@@ -66,7 +69,13 @@ def white_noise(recordings: list[Recording], stacked: Rows) -> dict[str, np.ndar
 
 
 def shifted(stacked: Rows, name: str, sigma: np.ndarray) -> Rows:
-    """Recordings with an input shifted by a number each, or by one in every row."""
+    """Recordings with an input shifted.
+
+    Args:
+        stacked: recordings as arrays.
+        name: the input.
+        sigma: shift, SI, shape (recordings,) or (recordings, rows).
+    """
     moved = as_array(np.asarray(stacked.inputs[name]) + np.reshape(sigma, (len(sigma), -1)))
     return replace(stacked, inputs=stacked.inputs | {name: moved})
 
@@ -85,15 +94,16 @@ def changes_by_inputs(
         By the input's name: by sign, recording and channel, each of shape (rows,).
     """
     noise = input_noise(recordings, stacked)
-    here = predicted(stacked) if noise else []
-    changes = {}
-    for name, sigma in noise.items():
-        there = [predicted(shifted(stacked, name, sign * sigma)) for sign in (1.0, -1.0)]
-        changes[name] = [
-            [[b - a for a, b in zip(x, y, strict=True)] for x, y in zip(here, one, strict=True)]
-            for one in there
-        ]
-    return changes
+    plain = predicted(stacked) if noise else []
+
+    def changed(moved: Rows) -> list[list[np.ndarray]]:
+        pairs = zip(plain, predicted(moved), strict=True)
+        return [[after - before for before, after in zip(*pair, strict=True)] for pair in pairs]
+
+    return {
+        name: [changed(shifted(stacked, name, sign * sigma)) for sign in (1.0, -1.0)]
+        for name, sigma in noise.items()
+    }
 
 
 def with_input_noise(
@@ -105,18 +115,32 @@ def with_input_noise(
         channels: channels by recording.
         changes: changes of predictions, as `changes_by_inputs` returns them.
     """
-    found = []
-    for k, members in enumerate(channels):
-        row = []
-        for j, channel in enumerate(members):
-            more = np.zeros(len(channel.sigma))
-            for name, signs in changes.items():
-                if name != channel.quantity:
-                    more += np.max([np.nan_to_num(change[k][j]) ** 2 for change in signs], axis=0)
-            total = np.sqrt(channel.sigma**2 + more)
-            there = np.isfinite(total)
-            own = np.divide(channel.sigma, total, out=np.zeros(len(total)), where=there)
-            shared = own * np.concatenate([own[:1], own[:-1]])  # errors of inputs are new in every row
-            row.append(replace(channel, sigma=total, correlation=channel.correlation * shared))
-        found.append(row)
-    return found
+    return [
+        [
+            _with_more_noise(channel, _variance_of_inputs(channel.quantity, changes, k, j))
+            for j, channel in enumerate(of_recording)
+        ]
+        for k, of_recording in enumerate(channels)
+    ]
+
+
+def _variance_of_inputs(
+    quantity: str, changes: Mapping[str, list[list[list[np.ndarray]]]], recording: int, channel: int
+) -> np.ndarray | float:
+    """Variance of a channel's predictions by the noise of all inputs but itself, the larger of both signs."""
+    return sum(
+        np.max([np.nan_to_num(of_sign[recording][channel]) ** 2 for of_sign in signs], axis=0)
+        for name, signs in changes.items()
+        if name != quantity
+    )
+
+
+def _with_more_noise(channel: Channel, variance: np.ndarray | float) -> Channel:
+    """A channel with errors of inputs beside its own.
+
+    Those of inputs are new in every row. Its own may be correlated.
+    """
+    total = np.sqrt(channel.sigma**2 + variance)
+    own = np.divide(channel.sigma, total, out=np.zeros(len(total)), where=np.isfinite(total))
+    shared = own * np.concatenate([own[:1], own[:-1]])
+    return replace(channel, sigma=total, correlation=channel.correlation * shared)
