@@ -168,10 +168,9 @@ class Loop:
         """
         inside = self.pressure if pressure is None else pressure
         squares, shown = plan
-        return _drive(
-            plant, model, as_array(self.time), as_array(inside), as_array(self.pressure), squares,
-            shown.resistances, noise, self.gains, self.converter,
-        )  # fmt: skip
+        rows = as_array(self.time), squares, shown.resistances, noise
+        pressures = as_array(inside), as_array(self.pressure)
+        return _drive(plant, model, pressures, rows, self.gains, self.converter)
 
 
 def check_plane(body: pj.Actuator) -> None:
@@ -219,10 +218,24 @@ def _plan(
 
 @stored_jit(Seen)
 def _drive(
-    plant: Plant, model: Plant, time: Array, real_pressure: Array, pressure: Array, squares: Array,
-    targets: Array, noise: Array, gains: Gains, converter: Converter,
-) -> tuple[Seen, Seen, Array, Array]:  # fmt: skip
-    """The real run: what the plant shows, what the observer thinks, currents and readings."""
+    plant: Plant,
+    model: Plant,
+    pressures: tuple[Array, Array],
+    rows: tuple[Array, Array, Array, Array],
+    gains: Gains,
+    converter: Converter,
+) -> tuple[Seen, Seen, Array, Array]:
+    """The real run: what the plant shows, what the observer thinks, currents and readings.
+
+    Args:
+        plant: what is driven.
+        model: what the controller takes it for.
+        pressures: inside the plant, and the one that the controller believes [Pa].
+        rows: time [s]; squares of planned currents [A2], resistances that are aimed at and noise of readings
+            [ohm], shape (rows, springs) each.
+        gains: gains of the controller; converter: heaters and readings.
+    """
+    (real_pressure, pressure), (time, squares, targets, noise) = pressures, rows
     interval = jnp.diff(time, prepend=time[:1])
 
     def step(carry: tuple, row: tuple) -> tuple:

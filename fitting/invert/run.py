@@ -219,7 +219,7 @@ class Inverse:
         found = []
         for part in lots(rows, lot):
             aims, begin, guess = part
-            ended = search_all(self.body, goals, boxes, aims, begin, memories, guess, np.asarray(most))
+            ended = search_all(self.body, goals, boxes, aims, (begin, guess), memories, np.asarray(most))
             found.append(jax.tree.map(np.asarray, ended))
         whole = joined(found, flat.size)
         return jax.tree.map(lambda x: x.reshape(targets, starts, *x.shape[1:]), whole)

@@ -154,14 +154,22 @@ class _Stage(NamedTuple):
 
 
 @dataclass(frozen=True)
-class _Task:
-    """One inverse problem; arguments as those of `search`."""
+class Task:
+    """One inverse problem.
+
+    Attributes:
+        look: model of the body that is driven.
+        goals: static; names.
+        box: ranges of the drives.
+        wanted: values of the goals in SI, shape (columns,).
+        most: maximum of steps.
+    """
 
     look: Look
     goals: tuple[str, ...]
     box: Box
     wanted: Array
-    most: Array | int
+    most: Array | int = MOST_STEPS
 
     @property
     def wide(self) -> Array:
@@ -193,7 +201,7 @@ class _Task:
         return 0.5 * miss @ miss + 0.5 * weight * self.effort(place)
 
 
-def _trial(task: _Task, at: _Stage) -> Array:
+def _trial(task: Task, at: _Stage) -> Array:
     """Place after a damped Gauss-Newton step of the drives that no end of their range holds."""
     place, seen, weight = at.place, at.seen, at.weight
     gradient = seen.slope.T @ seen.miss + weight * task.cost * (place - task.rest)
@@ -207,7 +215,7 @@ def _trial(task: _Task, at: _Stage) -> Array:
     return jnp.clip(place + jnp.clip(step, -LONGEST, LONGEST), 0.0, 1.0)
 
 
-def _advance(task: _Task, at: _Stage) -> _Stage:
+def _advance(task: Task, at: _Stage) -> _Stage:
     """One step: taken where it helps; where it does not, the damping grows."""
     trial = _trial(task, at)
     after = task.seen(trial, at.seen.unknowns)
@@ -226,29 +234,15 @@ def _advance(task: _Task, at: _Stage) -> _Stage:
     return _Stage(place, seen, damping, jnp.where(near, LAST_WEIGHT, at.weight), at.steps + 1, done)
 
 
-def search(
-    look: Look,
-    goals: tuple[str, ...],
-    box: Box,
-    wanted: Array,
-    begin: Array,
-    guess: Array,
-    most: Array | int = MOST_STEPS,
-    weight: Array | float = WEIGHT,
-) -> Found:
+def search(task: Task, begin: Array, guess: Array, weight: Array | float = WEIGHT) -> Found:
     """One inverse problem from one start.
 
     Args:
-        look: model of the body that is driven.
-        goals: static; names.
-        box: ranges of the drives.
-        wanted: values of the goals in SI, shape (columns,).
+        task: the problem.
         begin: place in the box, shape (drives,).
         guess: unknowns of a state near the start.
-        most: maximum of steps.
         weight: of heating while the way is looked for [1].
     """
-    task = _Task(look, goals, box, wanted, most)
     begin = jnp.where(task.wide, jnp.clip(begin, 0.0, 1.0), 0.5)
     seen = task.seen(begin, guess)
     bad = ~jnp.all(jnp.isfinite(seen.miss))
@@ -267,18 +261,20 @@ def search_all(
     goals: tuple[str, ...],
     boxes: Box,
     wanted: Array,
-    begin: Array,
+    start: tuple[Array, Array],
     memories: Memories,
-    guess: Array,
     most: Array,
 ) -> Found:
-    """Many searches; all arrays but the memories and the number of steps have a leading axis of searches."""
+    """Many searches; all arrays but the memories and the number of steps have a leading axis of searches.
+
+    A start is a place in the box and the unknowns of a state near it.
+    """
 
     def one(row: tuple) -> Found:
         box, wanted, begin, guess = row
-        return search(exact_look(body, goals, box, memories), goals, box, wanted, begin, guess, most)
+        return search(Task(exact_look(body, goals, box, memories), goals, box, wanted, most), begin, guess)
 
-    return jax.lax.map(one, (boxes, wanted, begin, guess), batch_size=BLOCK)
+    return jax.lax.map(one, (boxes, wanted, *start), batch_size=BLOCK)
 
 
 def exact_look(body: Body, goals: tuple[str, ...], box: Box, memories: Memories) -> Look:
@@ -314,6 +310,6 @@ def search_tables(
         wanted, begin = row
         look = lambda place, _: values_of_tables(body, tables, goals, box.drives, place)  # noqa: E731
         guess = jnp.zeros((len(tables), 1))  # a table needs no start
-        return search(look, goals, box, wanted, begin, guess, most, weight)
+        return search(Task(look, goals, box, wanted, most), begin, guess, weight)
 
     return jax.lax.map(one, (wanted, begin), batch_size=BLOCK)

@@ -27,7 +27,7 @@ from .forward import Memories, fresh, state_of
 from .goals import GOALS, misses
 from .result import Inversion
 from .run import Inverse
-from .search import Box, exact_look, search
+from .search import Box, Task, exact_look, search
 
 STARTS = 2
 """Number of states of the atlas from which a row is tried, beside the row before and those that are lean."""
@@ -98,7 +98,7 @@ def _followed(
         starts = jnp.concatenate([place[None], begin])
         guesses = jnp.concatenate([unknowns[None], guess])
         look = exact_look(body, goals, box, memories)
-        found = jax.vmap(lambda x, g: search(look, goals, box, wanted, x, g))(starts, guesses)
+        found = jax.vmap(lambda x, g: search(Task(look, goals, box, wanted), x, g))(starts, guesses)
         miss = jnp.where(found.miss < 1e-3, 0.0, found.miss)
         which = jnp.lexsort((found.effort, miss))[0]
         found = jax.tree.map(lambda x: x[which], found)

@@ -49,15 +49,28 @@ def phase_course(alloy: pj.Alloy, gamma: Array, test: Courses) -> Array:
     return jnp.where(test.hold == HEATED, 1.0 - test.warmth, course)
 
 
+class Accuracy(eqx.Module):
+    """Errors of a test.
+
+    Attributes:
+        noise: standard deviations of force [N] and of resistance [ohm], shape (2,).
+        misfit: standard deviation of the law's own error [1], equal in every repeat. It is a share of the
+            force, and of the contrast in resistance between both phases at rest.
+        repeats: number of averaged repeats of each test.
+    """
+
+    noise: Float[Array, "2"]
+    misfit: Float[Array, ""]
+    repeats: Float[Array, ""]
+
+
 def information(
     constants: Mapping[str, Float[Array, "draws"]],
     names: tuple[str, ...],
     scale: Float[Array, "unknowns"],
     geometry: pj.SpringGeometry,
     tests: Courses,
-    noise: Float[Array, "2"],
-    misfit: Float[Array, ""],
-    repeats: Float[Array, ""],
+    accuracy: Accuracy,
 ) -> Float[np.ndarray, "draws tests unknowns unknowns"]:
     """Fisher information of each test at each alloy about unknown constants, in units of their scales.
 
@@ -67,13 +80,9 @@ def information(
         scale: prior standard deviation of each, SI, shape (unknowns,).
         geometry: geometry of the spring.
         tests: tests as arrays, any number; one program serves all numbers of tests.
-        noise: standard deviations of force [N] and of resistance [ohm].
-        misfit: standard deviation of the law's own error [1], equal in every repeat. It is a share of the
-            force, and of the contrast in resistance between both phases at rest.
-        repeats: number of averaged repeats of each test.
+        accuracy: errors of the tests.
     """
-    rest = noise, misfit, repeats
-    found = [_of_lot(constants, names, scale, geometry, lot, *rest) for lot in lots(tests, TOGETHER)]
+    found = [_of_lot(constants, names, scale, geometry, lot, accuracy) for lot in lots(tests, TOGETHER)]
     return np.concatenate(found, axis=1)[:, : len(tests.mask)]
 
 
@@ -84,13 +93,12 @@ def _of_lot(
     scale: Array,
     geometry: pj.SpringGeometry,
     tests: Courses,
-    noise: Array,
-    misfit: Array,
-    repeats: Array,
+    accuracy: Accuracy,
 ) -> Array:
     """`information` of `TOGETHER` tests."""
-    tests = eqx.tree_at(lambda t: t.phase_sd, tests, tests.phase_sd / jnp.sqrt(repeats))
-    noise = noise / jnp.sqrt(repeats)
+    many = jnp.sqrt(accuracy.repeats)
+    tests = eqx.tree_at(lambda t: t.phase_sd, tests, tests.phase_sd / many)
+    noise, misfit = accuracy.noise / many, accuracy.misfit
 
     def each(alloy: dict[str, Array]) -> Array:
         one = lambda test: _information(alloy, names, scale, geometry, test, noise, misfit)  # noqa: E731

@@ -20,7 +20,7 @@ from pneusma_jax.units import from_si
 
 from .candidates import HELD, LEG_ROWS, Candidate, candidates, courses, published_campaign
 from .choose import WANTED, Choice, choose, covariances, expected_sd
-from .information import information
+from .information import Accuracy, information
 from .knowledge import CONSTANTS, NOT_SEEN, Knowledge, knowledge_of
 from .rates import HEATING_S, Rates, cooling_seconds, heating_seconds, minutes, rates_of
 
@@ -217,8 +217,8 @@ def _informer(
     scale = as_array(np.asarray(prior.sd))
 
     def information_of(batch: Sequence[Candidate], repeats: int) -> np.ndarray:
-        numbers = (np.asarray(x, float) for x in (sigma, misfit, repeats))
-        return np.asarray(information(values, prior.names, scale, dimensions, courses(batch), *numbers))
+        accuracy = Accuracy(*(np.asarray(x, float) for x in (sigma, misfit, repeats)))
+        return np.asarray(information(values, prior.names, scale, dimensions, courses(batch), accuracy))
 
     return information_of
 

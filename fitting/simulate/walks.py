@@ -225,6 +225,23 @@ def _with_silent_rows(time: np.ndarray, courses: tuple) -> tuple:
     return going_on(time, length), target, slope, *others
 
 
+class _Candidates(NamedTuple):
+    """Candidates for the steps of one spring.
+
+    Attributes:
+        kind: kind of the step to each row, shape (n, candidates, m).
+        cold: true where a spring is exactly cold, shape (n, 1 or candidates, m).
+        begins_in: row modulo `CORNERS_KEPT` in which a candidate may follow another one, -1 for any, shape
+            (candidates,).
+        spring: index of the spring whose kinds the candidates differ in.
+    """
+
+    kind: Array
+    cold: Array
+    begins_in: Array
+    spring: Array
+
+
 class _Filtered(NamedTuple):
     """Result of `_filtered` for several candidates side by side.
 
@@ -245,8 +262,8 @@ def _kinds(time: Array, target: Array, slope: Array, cold: Array, change: Array)
     def one_spring(kind: Array, k: Array) -> tuple[Array, None]:
         trials = jnp.repeat(kind[:, None], len(NOISES), axis=1)
         trials = trials.at[:, :, k].set(jnp.arange(len(NOISES)))
-        begins_in = jnp.asarray(BEGINS_IN)
-        found = _filtered(time, target[:, None], slope[:, None], trials, cold[:, None], begins_in, change, k)
+        candidates = _Candidates(trials, cold[:, None], jnp.asarray(BEGINS_IN), k)
+        found = _filtered(time, target[:, None], slope[:, None], candidates, change)
         return kind.at[:, k].set(_likeliest(found)), None
 
     order = jnp.tile(jnp.arange(count), 2)
@@ -258,7 +275,6 @@ def _cold_rows(time: Array, free: tuple, at_cold: tuple, cold: Array, change: Ar
     """See `cold_rows`; `change` is the cost of another state [nat]. The last candidate is a cold spring."""
     kinds = jnp.arange(len(NOISES) + 1)
     is_cold = kinds == len(NOISES)
-    begins_in = jnp.asarray([*BEGINS_IN, -1])
     target, slope = (
         jnp.where(jnp.expand_dims(is_cold, range(1, jnp.ndim(a))), b[:, None], a[:, None])
         for a, b in zip(free, at_cold, strict=True)
@@ -266,7 +282,8 @@ def _cold_rows(time: Array, free: tuple, at_cold: tuple, cold: Array, change: Ar
     of_k = jnp.arange(cold.shape[1]) == k
     cold = jnp.where(of_k, is_cold[:, None], cold[:, None])
     trials = jnp.broadcast_to(jnp.where(of_k, jnp.where(is_cold, 0, kinds)[:, None], OTHERS), cold.shape)
-    return is_cold[_likeliest(_filtered(time, target, slope, trials, cold, begins_in, change, k))]
+    candidates = _Candidates(trials, cold, jnp.asarray([*BEGINS_IN, -1]), k)
+    return is_cold[_likeliest(_filtered(time, target, slope, candidates, change))]
 
 
 def _likeliest(found: _Filtered) -> Array:
@@ -276,33 +293,24 @@ def _likeliest(found: _Filtered) -> Array:
 
 
 def _filtered(
-    time: Array,
-    target: Array,
-    slope: Array,
-    kind: Array,
-    cold: Array,
-    begins_in: Array,
-    change: Array,
-    k: Array,
+    time: Array, target: Array, slope: Array, candidates: _Candidates, change: Array
 ) -> _Filtered:
     """Kalman filter of a row's fractions and those of the row before, for several candidates side by side.
 
     Args:
         time: see `smoothed`.
-        target, slope, cold: see `smoothed`, with an axis of one or all candidates after the first one.
-        kind: kind of the step to each row, shape (n, candidates, m).
-        begins_in: row modulo `CORNERS_KEPT` in which a candidate may follow another one, -1 for any, shape
-            (candidates,).
+        target, slope: see `smoothed`, with an axis of one or all candidates after the first one.
+        candidates: kinds of steps of one spring.
         change: cost of going on with another candidate [nat].
-        k: index of the spring whose kinds the candidates differ in.
     """
+    kind, cold, begins_in, spring = candidates
     _, several, count = jnp.shape(kind)
     own = jnp.arange(several)
     step = jnp.maximum(jnp.diff(time), SHORTEST)
     ratio = jnp.concatenate([jnp.zeros(2), step[1:] / step[:-1]])
     begins = (kind[1:] != kind[:-1]) | cold[:-1]  # of other springs; of this one the filter knows
     begins = jnp.concatenate([jnp.zeros_like(begins[:1]), begins])
-    of_k = jnp.arange(count) == k
+    of_k = jnp.arange(count) == spring
 
     def row(carry: tuple, at: tuple) -> tuple[tuple, Array]:
         (mean, variance, score), (number, step, ratio, target, slope, kind, cold, begins) = carry, at

@@ -216,9 +216,8 @@ class Law(eqx.Module):
             count: number of decisions to return.
         """
         gamma, area = self.strained.gamma, self.spring.geometry.force(jnp.ones(()))
-        found = turning_points.likeliest(
-            self.spring.alloy, self.prestrain, gamma, xi0, slack, margin, force / area, weight * area, count
-        )
+        course = turning_points.Course(gamma, xi0, slack, force / area, weight * area)
+        found = turning_points.likeliest(self.spring.alloy, self.prestrain, course, margin, count)
 
         def one(known: turning_points.Memories) -> Decisions:
             states = SpringState(known.prestrain, known.xi_min)

@@ -42,27 +42,34 @@ class Memories(eqx.Module):
     hottest: Int[Array, " rows"]
 
 
+class Course(eqx.Module):
+    """What is known of a wire in every row of a test, shape (rows,) each, or of one row.
+
+    Attributes:
+        gamma: shear strain [1].
+        xi0: martensite fraction [1].
+        slack: indistinguishable difference of fractions [1].
+        stress: measured stress [Pa].
+        weight: its inverse standard deviation [1/Pa], zero where it was not measured.
+    """
+
+    gamma: Float[Array, " rows"]
+    xi0: Float[Array, " rows"]
+    slack: Float[Array, " rows"]
+    stress: Float[Array, " rows"]
+    weight: Float[Array, " rows"]
+
+
 def likeliest(
-    alloy: Alloy,
-    prestrain: Array,
-    gamma: Float[Array, " rows"],
-    xi0: Float[Array, " rows"],
-    slack: Float[Array, " rows"],
-    margin: Float[Array, ""],
-    stress: Float[Array, " rows"],
-    weight: Float[Array, " rows"],
-    count: int,
+    alloy: Alloy, prestrain: Array, course: Course, margin: Float[Array, ""], count: int
 ) -> Memories:
     """Histories of renewals that explain the measured stress best, best first.
 
     Args:
         alloy: constants of the alloy.
         prestrain: shear strain of the spring before the test [1].
-        gamma: shear strain [1], shape (rows,).
-        xi0: martensite fraction [1], shape (rows,).
-        slack: indistinguishable difference of fractions [1], shape (rows,).
+        course: what is known of every row.
         margin: maximum deviation of a renewal from the rule, as part of the residual strain.
-        stress: measured stress [Pa]; weight: its inverse standard deviation, zero where it was not measured.
         count: number of histories to return, at most `WIDTH`; where there are fewer, some are repeated.
     """
     never = jnp.full(WIDTH, -1)
@@ -72,7 +79,7 @@ def likeliest(
     def row(carry: tuple[Memories, Array], now: tuple) -> tuple[tuple[Memories, Array], tuple]:
         return _extended_histories(alloy, margin, *carry, *now)
 
-    rows = (gamma, xi0, jnp.arange(gamma.size), slack, stress, weight)
+    rows = (course, jnp.arange(course.gamma.size))
     (_, cost), (memories, *choices) = jax.lax.scan(row, (first, cost), rows)
     best = jnp.argsort(cost)[:count]
     best = jnp.where(jnp.isfinite(cost[best]), best, best[0])
@@ -80,23 +87,15 @@ def likeliest(
 
 
 def _extended_histories(
-    alloy: Alloy,
-    margin: Array,
-    known: Memories,
-    cost: Array,
-    gamma: Array,
-    xi0: Array,
-    number: Array,
-    slack: Array,
-    measured: Array,
-    weight: Array,
+    alloy: Alloy, margin: Array, known: Memories, cost: Array, now: Course, number: Array
 ) -> tuple[tuple[Memories, Array], tuple]:
     """All histories after a row, their earlier states, and the slot and parent of a renewal, if any."""
+    gamma, xi0 = now.gamma, now.xi0
     state = SpringState(known.prestrain, known.xi_min)
     heated = hottest(state, xi0)
     residual = alloy.residual_strain(state, xi0)
     modulus, detwinning = alloy.modulus(xi0), alloy.detwinning_stress(gamma, xi0)
-    cost = cost + (weight * (alloy.shear_stress(gamma, xi0, residual) - measured)) ** 2
+    cost = cost + (now.weight * (alloy.shear_stress(gamma, xi0, residual) - now.stress)) ** 2
     deeper = residual_strain(alloy.residual_strain_limit(gamma), xi0, alloy.gR_decay) > residual
     beyond = (detwinning - modulus * residual) / jnp.maximum(modulus * residual, 1e-12)  # positive: renewed
     against = TIE * (beyond / jnp.maximum(margin, 1e-12)) ** 2
@@ -106,7 +105,7 @@ def _extended_histories(
     parent, slot = jnp.argmin(renews), jnp.argmax(stays)
     renewed = renews[parent] < stays[slot]
     place = renewed & (jnp.arange(WIDTH) == slot)
-    alike = (heated != known.xi_min) | (xi0 < known.xi_min + slack)
+    alike = (heated != known.xi_min) | (xi0 < known.xi_min + now.slack)
     after = Memories(
         jnp.where(place, gamma, known.prestrain),
         jnp.where(place, xi0, heated),

@@ -29,7 +29,7 @@ from fitting.plan.candidates import (
     published_campaign,
 )
 from fitting.plan.choose import WANTED, choose, covariances, expected_sd, log_volume
-from fitting.plan.information import held_phase, information, phase_course
+from fitting.plan.information import Accuracy, held_phase, information, phase_course
 from fitting.plan.knowledge import CONSTANTS, knowledge_of
 from fitting.plan.rates import choose_rates, cooling_seconds, heating_seconds, minutes, rates_of
 from fitting.plan.specimen import described
@@ -52,9 +52,8 @@ def told(known, tests, misfit=0.0, repeats=1, draws=None):
     constants = {k: jnp.asarray(v)[None] for k, v in known.nominal.items()} if draws is None else draws
     scale = jnp.asarray(known.sd)
     made = courses(tests) if isinstance(tests, list) else tests
-    return np.asarray(
-        information(constants, known.names, scale, PUBLISHED, made, NOISE, jnp.asarray(misfit), jnp.asarray(float(repeats)))
-    )
+    accuracy = Accuracy(NOISE, jnp.asarray(misfit), jnp.asarray(float(repeats)))
+    return np.asarray(information(constants, known.names, scale, PUBLISHED, made, accuracy))
 
 
 # --- what can be done ---------------------------------------------------------------------------------------

@@ -91,7 +91,8 @@ def compute_chain_reach(
     chain = make_chain(design, build, lambda name: _density(name, silicone, model))
     if chain.loaded:
         bodies = {name: build(name) for name in dict.fromkeys(design.designs)}
-        found = _loaded_reach(design, chain, bodies, np.asarray(pressure), xi0, samples, seed, progress)
+        asked = _Asked(np.asarray(pressure), np.asarray(xi0), samples, seed)
+        found = _loaded_reach(design, chain, bodies, asked, progress)
         return dataclasses.replace(found, cautions=found.cautions + without)
     kinds = {
         name: compute_workspace(name, pressure, xi0, alloy, silicone, model, progress)
@@ -125,24 +126,31 @@ def _density(name: str, silicone: Any, model: AugmentedModel) -> float | None:
     return model.table("silicone", silicone).values().get("density")
 
 
+@dataclasses.dataclass(frozen=True)
+class _Asked:
+    """What is combined: pressures [Pa], fractions [1], number of combinations at each pressure, their seed."""
+
+    pressure: np.ndarray
+    xi0: np.ndarray
+    samples: int
+    seed: int
+
+
 def _loaded_reach(
     design: ChainDesign,
     chain: pj.SegmentChain,
     bodies: dict[str, pj.Actuator],
-    pressure: np.ndarray,
-    xi0: np.ndarray,
-    samples: int,
-    seed: int,
+    asked: _Asked,
     progress: Callable[[int], object],
 ) -> ChainReach:
     """Tips of a loaded chain: random activations of its segments, each chain solved as a whole."""
-    random = np.random.default_rng(seed)
-    at = np.repeat(pressure, samples)
+    random = np.random.default_rng(asked.seed)
+    at = np.repeat(asked.pressure, asked.samples)
     fractions: dict[tuple[int, int], np.ndarray] = {}
     for k, name in enumerate(design.designs, 1):
         heat = branches_of(bodies[name])
-        branch, level = (random.integers(n, size=at.size) for n in (len(heat), len(xi0)))
-        chosen = fractions_of(heat, np.asarray(xi0))[branch, level]
+        branch, level = (random.integers(n, size=at.size) for n in (len(heat), len(asked.xi0)))
+        chosen = fractions_of(heat, asked.xi0)[branch, level]
         fractions |= {(k, n): chosen[:, i] for i, n in enumerate(bodies[name].spring_numbers)}
     drives = tuple(
         tuple(fractions[k, n] for n in body.spring_numbers) for k, body in enumerate(chain.segments, 1)
