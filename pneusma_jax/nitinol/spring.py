@@ -74,14 +74,28 @@ def check_fractions(numbers: tuple[int, ...], activations: tuple) -> None:
                 raise ValueError(
                     f"The resistance of spring {number} must be positive [ohm], but it is {least:g}."
                 )
-        if isinstance(activation, MartensiteFraction) and is_concrete(activation.value):
-            wrong = np.asarray(activation.value)
-            wrong = wrong[np.isfinite(wrong) & ((wrong < 0.0) | (wrong > 1.0))]
-            if wrong.size:
-                raise ValueError(
-                    f"The martensite fraction of spring {number} must be between 0 and 1, but it is "
-                    f"{wrong.flat[0]:g}."
-                )
+        if isinstance(activation, MartensiteFraction):
+            check_fraction(f"spring {number}", activation.value)
+
+
+def check_fraction(whose: str, value: Array) -> None:
+    """Refuse fractions outside of 0 to 1, where they are known.
+
+    Args:
+        whose: owner of the fraction, in words.
+        value: fraction [1], any shape; NaN is let pass.
+
+    Raises:
+        ValueError: naming the owner and the number.
+    """
+    if not is_concrete(value):
+        return
+    given = np.asarray(value)
+    wrong = given[np.isfinite(given) & ((given < 0.0) | (given > 1.0))]
+    if wrong.size:
+        raise ValueError(
+            f"The martensite fraction of {whose} must be between 0 and 1, but it is {float(wrong.flat[0])}."
+        )
 
 
 class Temperature(eqx.Module):

@@ -11,6 +11,7 @@ from ..numerics.safe import begun_as, safe_divide, zero_unless
 from ..pipeline import Effect, Known, Pipeline, as_driven, as_recorded
 from ..program_cache import stored_jit
 from .residual_strain import SpringState
+from .spring import check_fraction
 from .wire import WireAlloy, WireResponse, WireStatus
 
 
@@ -149,7 +150,8 @@ def simulate_wire(
         The history. A row that fails is NaN with a status, commits nothing, and stops no later row.
 
     Raises:
-        ValueError: unless one of each group is given, with equal numbers of rows.
+        ValueError: unless one of each group is given, with equal numbers of rows, or if a known fraction is
+            not between 0 and 1.
     """
     driven = (temperature, xi0) if resistance is None else (resistance, xi0)
     choices = {
@@ -161,6 +163,8 @@ def simulate_wire(
     for names, pair in choices.items():
         if sum(x is not None for x in pair) != 1:
             raise ValueError(f"One of the arguments {names} must be given, and only one.")
+    if xi0 is not None:
+        check_fraction("the wire", xi0)
     load = jnp.asarray(stress if stress is not None else strain, dtype=float)
     number = lambda x: None if x is None else jnp.asarray(x, dtype=float)  # noqa: E731
     drive = _Drive(

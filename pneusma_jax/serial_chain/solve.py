@@ -22,7 +22,7 @@ from ..nitinol import MartensiteFraction, Resistance, SpringResponse, SpringStat
 from ..nitinol.spring import Activation
 from ..nitinol.thermal import Heating
 from ..numerics.safe import as_array, check_number, is_concrete, numpy_if_known
-from ..precision import require_float64
+from ..precision import require_doubles, require_float64
 from ..program_cache import stored_jit
 from ..simulate.course import check_course
 from ..simulate.history import History, simulate_history
@@ -103,7 +103,6 @@ def _without_loads(chain: SegmentChain) -> list[Actuator]:
 
 def _solve_loaded(chain: SegmentChain, pressure: Array, rows: list[tuple]) -> ChainEquilibrium:
     """`solve_chain` under loads."""
-    require_float64()
     members = tuple(tuple(group) for group in groups_of_equal_structure(rows))
     stacked = tuple(stack_rows(rows, group) for group in members)
     spread = lambda n: as_array(numpy_if_known(pressure).broadcast_to(pressure, (n,)))  # noqa: E731
@@ -231,8 +230,11 @@ def _per_segment(
     """Activations and states of every spring, defaults filled in.
 
     Raises:
+        RuntimeError: if float64 is off, or the chain was built in single precision.
         ValueError: if they do not fit the chain.
     """
+    require_float64()
+    require_doubles(chain)
     springs = [len(segment.springs) for segment in chain.segments]
     activations = tuple(activations) or tuple(() for _ in springs)
     states = tuple(states) if states is not None else tuple(None for _ in springs)  # type: ignore[misc]

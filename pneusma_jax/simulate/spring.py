@@ -6,7 +6,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
 from ..nitinol import Decided, Spring, SpringResponse, SpringState
-from ..nitinol.spring import Activation
+from ..nitinol.spring import Activation, check_fractions
 from ..numerics.safe import begun_as
 from ..pipeline import Effect, Known, Pipeline, as_recorded
 from ..program_cache import stored_jit
@@ -30,7 +30,6 @@ class SpringHistory(eqx.Module):
     seen: dict[str, Array]
 
 
-@stored_jit(SpringHistory, SpringResponse, SpringState)
 def simulate_spring(
     spring: Spring,
     elongation: Float[Array, "rows"],
@@ -58,7 +57,29 @@ def simulate_spring(
             activation where None. Noise of a single row then renews no memory.
         margin: excess over the residual strain that a row of `decided_by` needs to renew the memory, as part
             of it [1]. Where a renewal is all but one by the rule, either margin can be the right one.
+
+    Raises:
+        ValueError: if a known fraction is not between 0 and 1, or a known resistance is not positive.
     """
+    check_fractions((1,), (activation,))
+    return _simulate(
+        spring, elongation, activation, state, time, effects, temperature, decided_by, margin
+    )
+
+
+@stored_jit(SpringHistory, SpringResponse, SpringState)
+def _simulate(
+    spring: Spring,
+    elongation: Array,
+    activation: Activation,
+    state: SpringState | None,
+    time: Array | None,
+    effects: tuple[Effect, ...],
+    temperature: Array | None,
+    decided_by: Array | None,
+    margin: Array | float,
+) -> SpringHistory:
+    """`simulate_spring`; one compiled program for each kind of arguments."""
     rows = jnp.shape(elongation)[0]
     state = SpringState.fresh(0.0) if state is None else state
     state = jax.tree.map(lambda x: jnp.asarray(x, dtype=float), state)

@@ -152,6 +152,22 @@ def test_float32_is_refused():
         jax.config.update("jax_enable_x64", True)
 
 
+def test_a_model_of_single_precision_is_refused_wherever_it_stands():
+    jax.config.update("jax_enable_x64", False)
+    try:
+        body = pj.make_actuator("pneusma1")
+    finally:
+        jax.config.update("jax_enable_x64", True)
+    chain = pj.chain_of(body, 2)
+    loaded = chain.with_loads(pj.PointLoad(force=np.array([0.0, 1e-3, 0.0])))
+    calls = [lambda: pj.solve(body, 1e4), lambda: pj.simulate_history(body, np.full(2, 1e4))]
+    calls += [lambda c=c: pj.solve_chain(c, 1e4) for c in (chain, loaded)]
+    calls += [lambda: pj.simulate_chain_history(loaded, np.full(2, 1e4))]
+    for call in calls:
+        with pytest.raises(RuntimeError, match="built in single precision"):
+            call()
+
+
 def test_clipped_resistance_is_flagged():
     body = pj.make_actuator("pneusma1")
     found = pj.solve(body, 10e3, (pj.Resistance(4.2),))

@@ -221,6 +221,14 @@ def test_what_make_actuator_is_told_acts_and_contradictions_are_refused():
         pj.solve(usual, 30e3, phases(1.5))
 
 
+def test_a_fraction_that_cannot_be_is_refused_on_stands_too():
+    spring, wire = pj.make_actuator("pneusma1").springs[0], pj.load_wire()
+    with pytest.raises(ValueError, match="spring 1 must be between 0 and 1, but it is 1.000000001"):
+        pj.simulate_spring(spring, np.linspace(0.0, 0.05, 3), pj.MartensiteFraction(1.000000001))
+    with pytest.raises(ValueError, match="the wire must be between 0 and 1, but it is -0.5"):
+        pj.simulate_wire(wire, stress=np.zeros(3), xi0=np.array([1.0, -0.5, 1.0]))
+
+
 def test_what_cannot_be_has_a_status_inside_of_a_program():
     made = lambda w: pj.make_actuator("pneusma1", wall_thickness=w)  # noqa: E731
     solved = lambda w, p, x: pj.solve(made(w), p, (pj.MartensiteFraction(x),), throw=False)  # noqa: E731
