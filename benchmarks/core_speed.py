@@ -1,12 +1,13 @@
 """How fast the core solves, as ratios to one evaluation of balance and Jacobian, with accuracy beside.
 
-    python -m benchmarks.core_speed [--quick] [--most ROWS] [--out out/bench] [--only CASE ...]
+    python -m benchmarks.core_speed [--quick] [--most ROWS] [--out out/bench] [--only CASE ...] [--go-on]
 
 Every case of `core_cases` runs in a process of its own (`core_one`), without the compilation cache on disk.
 So its compile time and its peak memory are its own. Times are medians of repeats. They are taken in turn with
 the floor, the evaluation of residual and Jacobian of 10,000 rows in blocks of 64. All but those of commands
 are times of the processor, summed over threads: on a busy machine the work of others is not in them. Left in
-the folder are `core_speed.txt`, `core_speed.json` and `core_speed.png`.
+the folder are `core_speed.txt` and `core_speed.json`, after every case, and `core_speed.png`. With
+`--go-on`, cases that the folder has of the same code are not run again.
 """
 
 import argparse
@@ -18,6 +19,7 @@ import platform
 import subprocess
 import sys
 import tempfile
+from collections.abc import Iterator
 from pathlib import Path
 
 import matplotlib
@@ -50,6 +52,7 @@ CASES = {
 }
 BATCH, MOST, TINY = 10_000, 100_000, 100
 """Rows at which ratios of batches are quoted; at most of a quick run; at most of a tiny one."""
+CHECKS = ("accuracy", "command")
 KINDS = ("cold", "again")
 PACKAGES = ("jax", "jaxlib", "equinox", "optimistix", "lineax", "numpy", "scipy")
 
@@ -61,41 +64,66 @@ def main(arguments: list[str] | None = None) -> None:
     parser.add_argument("--most", type=int, default=1_000_000, metavar="ROWS", help="at most so many rows")
     parser.add_argument("--tiny", action="store_true", help="at most 100 rows: does it run at all?")
     parser.add_argument("--out", type=Path, default=Path("out/bench"))
-    parser.add_argument("--only", nargs="+", choices=[*CASES, "accuracy", "command"], metavar="CASE")
+    parser.add_argument("--only", nargs="+", choices=[*CASES, *CHECKS], metavar="CASE")
+    parser.add_argument("--go-on", action="store_true", help="keep the cases that the folder has")
     given = parser.parse_args(arguments)
-    names = given.only or [*CASES, "accuracy", "command"]
-    found = measured(names, given.quick, given.tiny, given.most)
-    text = table(found)
+    names = given.only or [*CASES, *CHECKS]
     given.out.mkdir(parents=True, exist_ok=True)
-    (given.out / "core_speed.json").write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
-    (given.out / "core_speed.txt").write_text(text, encoding="utf-8")
+    begun = earlier(given.out / "core_speed.json") if given.go_on else None
+    for found in measured(names, given.quick, given.tiny, given.most, begun):
+        (given.out / "core_speed.json").write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
+        (given.out / "core_speed.txt").write_text(table(found), encoding="utf-8")
     plot(found, given.out / "core_speed.png")
-    print(text)
+    print(table(found))
+
+
+def earlier(path: Path) -> dict | None:
+    """Figures that an earlier run has left, None where there are none.
+
+    Raises:
+        SystemExit: if they are of other code.
+    """
+    if not path.exists():
+        return None
+    found = json.loads(path.read_text(encoding="utf-8"))
+    then, now = found["machine"]["code"], machine()["code"]
+    if then != now:
+        raise SystemExit(f"{path} is of code {then}, and this is {now}: give another folder, or no --go-on.")
+    return found
 
 
 def measured(
-    names: list[str], quick: bool = False, tiny: bool = False, most: int = 1_000_000
-) -> dict:
-    """Figures of the cases, with machine, versions and date."""
+    names: list[str], quick: bool, tiny: bool, most: int, begun: dict | None = None
+) -> Iterator[dict]:
+    """Figures so far, with machine, versions and date, after every case.
+
+    Args:
+        names: cases to be measured.
+        quick, tiny: see the options.
+        most: maximum of rows.
+        begun: figures of an earlier run, whose cases are not run again.
+    """
     most = TINY if tiny else min(most, MOST) if quick else most
     patience, longest = (0.2, 5.0) if tiny else (1.0, 30.0) if quick else (6.0, 120.0)
-    head = machine()
+    found = begun or {"machine": machine(), "cases": {}}
+    checks = {
+        "accuracy": [TINY, TINY, 2] if tiny else [BATCH, 1_000, 20], "command": [1] if tiny or quick else [],
+    }  # fmt: skip
     with tempfile.TemporaryDirectory() as folder:
         rows = Path(folder) / "rows.npz"
         child("prepare", rows, sizes=[most, min(BATCH, most)])
-        cases = {}
         for name in names:
+            if name in found or name in found["cases"]:
+                continue
             print(f"{datetime.datetime.now():%H:%M:%S} {name}", file=sys.stderr, flush=True)
             if name in CASES:
                 sizes = [n for n in CASES[name][1] if n <= most]
-                cases[name] = child(name, rows, sizes, patience, longest)
-        checks = {}
-        if "accuracy" in names:
-            checks["accuracy"] = child("accuracy", rows, [TINY, TINY, 2] if tiny else [BATCH, 1_000, 20])
-        if "command" in names:
-            checks["command"] = child("command", rows, [1] if tiny or quick else [])
-    head["load_after"] = os.getloadavg()
-    return {"machine": head, "cases": cases, **checks}
+                found["cases"][name] = child(name, rows, sizes, patience, longest)
+            else:
+                found[name] = child(name, rows, checks[name])
+            found["machine"]["load_after"] = os.getloadavg()
+            yield found
+    yield found  # where an earlier run has left nothing to do
 
 
 def child(name: str, rows: Path, sizes: object = (), patience: float = 1.0, longest: float = 60.0) -> object:

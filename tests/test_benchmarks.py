@@ -28,6 +28,22 @@ def test_a_tiny_run_leaves_table_figures_and_plot(tmp_path):
     assert (tmp_path / "core_speed.png").read_bytes().startswith(b"\x89PNG")
 
 
+def test_a_run_of_the_core_goes_on_after_the_cases_that_it_has(tmp_path, monkeypatch):
+    speed = importlib.import_module("benchmarks.core_speed")
+    asked = []
+    monkeypatch.setattr(speed, "child", lambda name, *_, **__: asked.append(name) or [])
+    monkeypatch.setattr(speed, "table", lambda found: "")
+    monkeypatch.setattr(speed, "plot", lambda found, path: None)
+    run = lambda *more: speed.main(["--tiny", "--out", str(tmp_path), "--go-on", *more])  # noqa: E731
+    run("--only", "floor")
+    run("--only", "floor", "wire")
+    assert asked == ["prepare", "floor", "prepare", "wire"]
+    assert list(json.loads((tmp_path / "core_speed.json").read_text())["cases"]) == ["floor", "wire"]
+    monkeypatch.setattr(speed, "machine", lambda: {"code": "another"})
+    with pytest.raises(SystemExit, match="is of code .*, and this is another"):
+        run()
+
+
 def test_overheads_are_told_in_imports_that_load_jax(monkeypatch):
     """A bare import of the package loads no library, so that a ratio to it says nothing."""
     monkeypatch.syspath_prepend(ROOT / "benchmarks")
