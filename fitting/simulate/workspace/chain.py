@@ -128,7 +128,7 @@ def _density(name: str, silicone: Any, model: AugmentedModel) -> float | None:
 
 @dataclasses.dataclass(frozen=True)
 class _Asked:
-    """What is combined: pressures [Pa], fractions [1], number of combinations at each pressure, their seed."""
+    """What is combined: pressures [Pa], fractions [1]; combinations at each pressure, and their seed."""
 
     pressure: np.ndarray
     xi0: np.ndarray
