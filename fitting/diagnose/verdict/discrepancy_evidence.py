@@ -110,8 +110,8 @@ def linearised(
         here: its evaluation, with derivatives by its free numbers.
 
     Returns:
-        Misfit with every number at the mean of its prior, (values,); its derivatives, (values, free); these
-        means, scaled, (free,); the sizes of the priors, scaled, (free,).
+        Misfit with every number at the mean of its prior, (values,), and its derivatives, (values, free).
+        Then means and sizes of these priors, scaled, (free,) each.
     """
     r, A = here.joined([np.ones(len(m)) for m in here.misfit])
     precision = prior_sd(program.unknowns, fit.free) ** -2
