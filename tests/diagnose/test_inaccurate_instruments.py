@@ -13,7 +13,9 @@ from fitting.diagnose.fit.base_fit import base_fit
 from fitting.diagnose.fit.evidence import evidence, inflation_of
 from fitting.diagnose.fit.misfit import accurate
 from fitting.diagnose.fit.refit import Refitter
+from fitting.diagnose.search.steps import Explanation, Named
 from fitting.diagnose.settings import DEFAULT
+from fitting.diagnose.verdict.accept import beyond_instruments
 from fitting.diagnose.verdict.discrepancy_evidence import linearised
 from fitting.diagnose.verdict.instrument_accuracy import (
     _errors_of_inputs,
@@ -32,11 +34,11 @@ def world(shape=None):
     return dataclasses.replace(made, effects={CONSTANT: shape(made.base @ np.array([2.0, -1.0]))[..., None]})
 
 
-def fits(made, strength):
-    """The program of a truth with the effect, its base fit, and the fit with the effect."""
-    y = made.truth(np.random.default_rng(3), (2.0, -1.0), **{CONSTANT: strength})
+def fits(made, strength, further=0.0):
+    """The program of a truth with the effect, its base fit, and the fit with the effect; `further` is added."""
+    y = made.truth(np.random.default_rng(3), (2.0, -1.0), **{CONSTANT: strength}) + further
     program = made.program(y)
-    program, base = base_fit(program)
+    base = Refitter(program).fit((), program.unknowns.neutral)
     start = base.u.copy()
     start[program.unknowns.of([CONSTANT])] = 0.5 * strength
     return program, base, Refitter(program).fit((CONSTANT,), start)
@@ -52,6 +54,14 @@ def test_an_effect_that_no_reading_tells_keeps_nearly_all_of_its_evidence():
     assert accurate(program, base)
     whole = evidence(program, base, named, inflation_of(program, named))
     assert beyond_accuracy(program, base, named) > max(0.9 * whole, DEFAULT.evidence.minimum_settled)
+
+
+@pytest.mark.parametrize(("further", "speaks"), [(0.0, True), (0.5, True), (2.0, False)])
+def test_an_effect_speaks_only_if_it_leaves_at_most_a_faint_misfit(further, speaks):
+    wave = further * np.cos(np.linspace(0.0, 9.0, 60) + np.arange(4.0)[:, None])
+    program, base, named = fits(world(), 3.0, wave)
+    assert accurate(program, base)
+    assert beyond_instruments(Explanation(program, base, Named(named), [], 0.001, True)) is speaks
 
 
 def test_an_effect_that_is_a_function_of_the_reading_has_no_evidence_of_its_own():

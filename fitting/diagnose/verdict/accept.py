@@ -63,7 +63,7 @@ def beyond_instruments(explanation: Explanation) -> bool:
     for mask in (program.fitted, program.unseen):
         if predictive_chi_square(program, fit, mask) > max(limit_of(program, mask), 1.0 + EXCESS.little):
             return False
-    return beyond_accuracy(program, base, fit) > EVIDENCE.minimum_settled
+    return bool(beyond_accuracy(program, base, fit) > EVIDENCE.minimum_settled)
 
 
 def _with_names_of(explanation: Explanation, fit: Fit) -> Explanation:
