@@ -8,7 +8,6 @@ from matplotlib.figure import Figure
 
 from fitting.calibrate.spring.pipeline import SpringCharacterisation
 from fitting.calibrate.spring.scores import Score
-from fitting.inference.numbers import number
 
 from .. import figures as house
 from .. import profile_likelihood
@@ -62,11 +61,12 @@ def _phase(panel: Axes, score: Score) -> None:
     low, high = np.clip(score.xi0 - score.xi0_sd, 0, 1), np.clip(score.xi0 + score.xi0_sd, 0, 1)
     panel.fill_between(score.time, low, high, color=house.SKY, alpha=0.7, linewidth=0, label="± 1 sd")
     panel.plot(score.time, score.xi0, "-", color=house.BLUE, linewidth=0.8, label="from resistance")
-    if np.any(known := np.isfinite(score.xi0_sd)):
-        sd = f"± {number(float(np.median(score.xi0_sd[known])), '.2g')}"
+    sd = float(np.median(score.xi0_sd))
+    if sd > 0.0:  # it is 0 where the phase was taken as known
         foot = float(np.median(score.xi0)) > 0.5  # the text stands where the line is not
         place = {"transform": panel.transAxes, "ha": "right", "va": "center", "fontsize": 8}
-        panel.text(0.98, 0.06 if foot else 0.94, sd, **place)
+        size = np.format_float_positional(sd, precision=2, fractional=False, trim="-")
+        panel.text(0.98, 0.06 if foot else 0.94, f"± {size}", **place)
     panel.set_ylim(-0.03, 1.03)
     panel.set_xlabel("time [s]")
     panel.set_ylabel("martensite fraction [1]")
