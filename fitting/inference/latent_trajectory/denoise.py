@@ -5,7 +5,8 @@ accumulates instead of averaging out. The resistance determines the phase well f
 poorly for a hot one. Where both phases conduct alike it says nothing.
 
 So the fraction is modelled as a random walk behind the resistance. A Kalman smoother weights each sample by
-its information. The variances of the walk and of the noise follow by maximum likelihood, without tuning.
+its information. The variances of the walk and of the noise follow by maximum likelihood, without tuning. They
+do so anew in every round, so that no least squares replaces the rounds (`specimens/actuator_phase.py`).
 """
 
 import equinox as eqx
