@@ -45,7 +45,7 @@ def derive(making: Making) -> None:
         InputError: if neither the user nor the file states a required dimension of the specimen.
     """
     add_resistances(making)
-    if making.kind in ("wire", "elastomer"):
+    if schema.KINDS[making.kind].strained:
         _derive_both(making)
     shaped = {*making.channels, *making.options.constants} & {"length", "curvature", "bend_angle"}
     if making.kind in ("tube", "actuator") and "elongation" in making.channels and not shaped:

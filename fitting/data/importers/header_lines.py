@@ -137,7 +137,7 @@ def _ask(unread: dict[str, str], perhaps: list[str], offered: dict[str, str], ma
         options = " ".join(dict.fromkeys(offered.values()))
         making.warn(f"sizes of an {making.kind} are its design's; {_some(offered)}: {options} takes them")
     if perhaps:
-        straight = making.kind in ("wire", "elastomer")
+        straight = schema.KINDS[making.kind].strained
         names = _STRAIGHT if straight else schema.KINDS[making.kind].sizes or tuple(schema.GEOMETRY_NUMBERS)
         one = len({*perhaps}) == 1
         making.warn(
@@ -186,7 +186,7 @@ def _is_of_no_account(size: str | None, read: bool, making: Making) -> bool:
     """
     if size is None or size in CONSTANTS:
         return True
-    if making.kind not in ("wire", "elastomer"):
+    if not schema.KINDS[making.kind].strained:
         return False
     return read or not making.sources & {"elongation", "force"}  # strain and stress are the file's own
 

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from ..recordings import schema
 from ..recordings.columns import convert
 from ..recordings.kinds import FARTHEST_STRETCH, WIRE_STRAIN_FRACTION_LIMIT, WIRE_STRAIN_LIMIT
 from ..recordings.table import unusable
@@ -28,7 +29,7 @@ def settle_strain_unit(making: Making) -> None:
             the kind strains as far as their heading says.
     """
     channel = making.channels.get("strain")
-    if channel is None or channel.trouble or making.kind not in ("wire", "elastomer"):
+    if channel is None or channel.trouble or not schema.KINDS[making.kind].strained:
         return
     if channel.unit is not None:
         _refuse_impossible_coupon(making, channel)

@@ -133,7 +133,7 @@ def _refuse_other_sizes(first: Recording, other: Recording, known: Sizes, sizes:
 
 def _refuse_other_areas(first: Recording, other: Recording, known: Sizes, sizes: Sizes) -> None:
     """Refuse a coupon or wire whose file states another cross-section in other sizes: an area, a diameter."""
-    if first.kind not in ("elastomer", "wire"):
+    if not schema.KINDS[first.kind].strained:
         return
     of_first, of_other = (
         area_of({name: size.value for name, size in part.items()}) for part in (known, sizes)

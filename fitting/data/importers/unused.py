@@ -49,7 +49,7 @@ def _why(making: Making, option: str, name: str) -> str:
             return f"{text}: {name} is made here ({made}); say {option} {source}=... instead"
         if name in channels:
             family = next((f for f, parts in _MADE_OF.items() if name in parts and f in channels), None)
-            if family and kind in ("elastomer", "wire"):
+            if family and schema.KINDS[kind].strained:
                 return (
                     f"{text}: {family} is read from {channels[family].label!r}, so {channels[name].label!r}"
                     " is of no use; say"
@@ -97,7 +97,7 @@ def _why(making: Making, option: str, name: str) -> str:
 def _why_dimension(making: Making, text: str, name: str) -> str:
     made = _SIZES_FOR.get(name)
     channel = making.channels.get(made) if made else None
-    if channel is not None and making.kind in ("elastomer", "wire"):
+    if channel is not None and schema.KINDS[making.kind].strained:
         needed = "extension" if made == "strain" else "load"
         quantity = "elongation" if made == "strain" else "force"
         if channel.made:

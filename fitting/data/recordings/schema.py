@@ -118,6 +118,11 @@ class Kind:
     assumed: tuple[str, ...] = ()
 
     @property
+    def strained(self) -> bool:
+        """True if files hold strain and stress, not elongation and force."""
+        return "strain" in self.columns.known
+
+    @property
     def pull(self) -> tuple[str, ...]:
         """Columns of position and force of a specimen that is pulled; empty for any other."""
         return self.responses[0] if self.pulled else ()
