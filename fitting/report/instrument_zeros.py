@@ -1,9 +1,10 @@
 """Sentences on zeros of instruments that are off or drift, and on what they and a misfit add to errors."""
 
-from collections.abc import Sequence
+from typing import Protocol
 
 import numpy as np
 
+from fitting.calibrate.information import Information
 from fitting.inference.lasting_noise import Lasting, variances_by_name
 from fitting.inference.notes import joined
 from fitting.inference.numbers import number
@@ -65,17 +66,20 @@ def _told_zeros(lasting: Lasting | None) -> list[str]:
     return told or (large if lasting.fitted_beside_zeros else [])
 
 
-def possible_zeros(lasting: Lasting | None, names: Sequence[str]) -> list[str]:
-    """A sentence on constants whose errors count zeros that recordings neither show nor exclude.
+class Fitted(Protocol):
+    """A result with zeros of instruments, and the information whose parameters these widen the errors of."""
 
-    Args:
-        lasting: zeros of instruments that widen errors, or None.
-        names: names of the parameters that `lasting` is about.
-    """
+    lasting: Lasting | None
+    information: Information
+
+
+def possible_zeros(result: Fitted) -> list[str]:
+    """A sentence on constants whose errors count zeros that recordings neither show nor exclude."""
+    lasting = result.lasting
     maybe = _large(lasting)
     if lasting is None or not maybe or _told_zeros(lasting):
         return []
-    wider = {name: np.sqrt(x) for name, x in variances_by_name(lasting, names).items()}
+    wider = {name: np.sqrt(x) for name, x in variances_by_name(lasting, result.information.names).items()}
     wider = {name: x for name, x in wider.items() if x >= 1.0 + TELLING}
     counts = "its error counts it" if len(wider) == 1 else "their errors count it"
     return [

@@ -1,5 +1,7 @@
 """What errors were multiplied by is said alike at every place of a report."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -45,11 +47,12 @@ def test_the_sentence_on_zeros_has_the_same_factor():
 
 def test_a_zero_without_evidence_is_a_doubt_and_no_finding():
     """Springs without drift were said to have wrong zeros: the size was that of the prior."""
+    result = lambda found: SimpleNamespace(lasting=found, information=SimpleNamespace(names=("a", "b")))  # noqa: E731
     doubt = zeros(2.0, steady=0.9)
-    assert lasting_zeros(doubt) == [] and possible_zeros(zeros(2.0), ("a", "b")) == []
-    (said,) = possible_zeros(doubt, ("a", "b"))
+    assert lasting_zeros(doubt) == [] and possible_zeros(result(zeros(2.0))) == []
+    (said,) = possible_zeros(result(doubt))
     assert "a zero of stress that is off would look like another b, so its error counts it." in said
-    assert possible_zeros(zeros(1.02, steady=0.9), ("a", "b")) == [] and possible_zeros(None, ()) == []
+    assert possible_zeros(result(zeros(1.02, steady=0.9))) == [] and possible_zeros(result(None)) == []
 
 
 def test_captions_say_that_zeros_are_not_drawn():

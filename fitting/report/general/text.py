@@ -282,7 +282,7 @@ def how_it_was_fitted(result: GeneralCharacterisation) -> list[str]:
         f"Reduced chi-square {number(fit.reduced_chi_square)} over the noise as stated or estimated; "
         f"residuals are correlated over {fit.correlation_time:.1f} samples. Standard errors "
         f"{how_errors_grew(fit.inflation, result.lasting)}.",
-        *possible_zeros(result.lasting, result.information.names),
+        *possible_zeros(result),
         _priors(result),
         *_specimens(result),
     ]

@@ -201,7 +201,7 @@ def how_it_was_fitted(result: SpringCharacterisation) -> list[str]:
         f"correlated over {joint.correlation_time:.1f} samples. Standard errors "
         f"{how_errors_grew(joint.inflation, result.lasting)}."
     )
-    sentences += possible_zeros(result.lasting, result.information.names)
+    sentences += possible_zeros(result)
     sentences.append(
         "The martensite fraction is no input: it changes slowly behind resistance and force, and its "
         "uncertainty is "
