@@ -106,14 +106,19 @@ def design_geometry(design: Design, **changes: float) -> Geometry:
     _check_changes(changes, GEOMETRY_KEYS)
     table = _table_of(design).values()
     values = {key: table[key] for key in GEOMETRY_KEYS if key in table}
-    if "length" in changes:
-        values["attached_length"] = changes["length"]
-    return Geometry(**(values | _wound(values, changes)))
+    return Geometry(**(values | _followed(values, changes)))
 
 
 WINDING = 0.05
 """Maximum part of the free length by which coils times pitch may differ from it; the source's own differ by
 0.001."""
+
+
+def _followed(values: dict[str, float], changes: dict[str, float]) -> dict[str, float]:
+    """Changes of dimensions with all that follows from them; see `design_geometry`."""
+    if "length" in changes:
+        changes = {"attached_length": changes["length"]} | changes
+    return _wound(values, changes)
 
 
 def _wound(values: dict[str, float], changes: dict[str, float]) -> dict[str, float]:
@@ -166,6 +171,26 @@ def _check_changes(changes: dict[str, float], known: tuple[str, ...] | list[str]
     for key in changes:
         if key not in known:
             raise InputError(f"{key!r} is not a dimension of this actuator: {nearest(key, known)}")
+
+
+OF_SPRINGS = ("wire_diameter", "mandrel_diameter", "initial_pitch", "active_coils", "free_length",
+              "attached_length", "prestrain")  # fmt: skip
+"""Dimensions that act on springs only."""
+
+
+def _check_acting(changes: dict[str, float], arrangement: Layout, inextensible: bool) -> None:
+    """Refuse changed dimensions on which nothing depends.
+
+    Raises:
+        InputError: naming the first of them, and why.
+    """
+    fibre = arrangement.fibre_angle is not None or arrangement.fibre_place is not None
+    if "fibre_stiffness" in changes and (inextensible or not fibre):
+        why = "its fibre is taken as inextensible; see `inextensible`" if fibre else "there is no fibre"
+        raise InputError(f"'fibre_stiffness' changes nothing in this actuator: {why}")
+    idle = [key for key in OF_SPRINGS if key in changes and not arrangement.spring_numbers]
+    if idle:
+        raise InputError(f"{idle[0]!r} changes nothing in this actuator: it has no springs")
 
 
 def design_loads(
@@ -241,7 +266,8 @@ def make_actuator(
         **changes: dimensions to change [SI], as for `design_geometry` and `design_section`.
 
     Raises:
-        InputError: for an unknown name; names the nearest.
+        InputError: for an unknown name, where it names the nearest, and for a changed dimension on which
+            nothing depends.
         ValueError: for impossible dimensions, and springs that overlap or lie away from the wall.
     """
     table = _table_of(design)
@@ -253,10 +279,11 @@ def make_actuator(
         geometry = design_geometry(table, **of_geometry)
     else:
         stated = {key: getattr(geometry, key) for key in GEOMETRY_KEYS}
-        geometry = dataclasses.replace(geometry, **_wound(stated, of_geometry))
+        geometry = dataclasses.replace(geometry, **_followed(stated, of_geometry))
     sized = {key: getattr(geometry, key) for key in shape if key in GEOMETRY_KEYS}
     sized |= {key: value for key, value in changes.items() if key in shape}
     arrangement = layout(table)
+    _check_acting(changes, arrangement, inextensible)
     if alloy is None and arrangement.spring_numbers:
         alloy = named_table(table, "alloy")
     silicone = named_table(table, "material") if silicone is None else silicone

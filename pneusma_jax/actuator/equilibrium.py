@@ -77,10 +77,11 @@ def solve(
         RuntimeError: if float64 is off, or, with `throw`, the sentence of the status.
         TypeError: if the activations are no drives, or the pressure is no number.
         ValueError: if the number of activations or states is not the number of springs, one of them or the
-            pressure is no scalar, or a fraction is not between 0 and 1.
+            pressure is no scalar, a fraction is not between 0 and 1, or the guess has another shape.
     """
     problem = _problem(actuator, pressure, activations, states)
     warn_of_pressure(pressure)
+    _check_guess(problem, guess)
     searched = frozen((problem, guess))
     if is_concrete(searched):
         with evaluated():  # numbers are known, though the call may stand in a traced function
@@ -222,6 +223,20 @@ def _problem(
     for what, given in (("pressure", pressure), ("activations", activations), ("states", states)):
         _check_shape(what, given, ())
     return Problem(actuator, pressure, activations, states)
+
+
+def _check_guess(problem: Problem, guess: Array | None) -> None:
+    """Check that a guess has the unknowns of the shape, and perhaps the fractions of measured springs.
+
+    Raises:
+        ValueError: if it has another shape.
+    """
+    shape, fractions = freedoms(problem), len(measured(problem))
+    if guess is not None and jnp.shape(guess) not in ((shape,), (shape + fractions,)):
+        raise ValueError(
+            f"Argument `guess` must be the `unknowns` of an equilibrium, of shape ({shape},) here, "
+            f"but it has {jnp.shape(guess)}."
+        )
 
 
 def _rows_of(problem: Problem) -> Rows:

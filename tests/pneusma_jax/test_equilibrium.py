@@ -168,6 +168,13 @@ def test_a_model_of_single_precision_is_refused_wherever_it_stands():
             call()
 
 
+@pytest.mark.parametrize("drive", [pj.MartensiteFraction(0.5), pj.Resistance(3.45)])
+def test_a_guess_of_another_shape_is_refused(drive):
+    body = pj.make_actuator("pneusma1")
+    with pytest.raises(ValueError, match=r"`guess` .* of shape \(2,\) here, but it has \(1,\)"):
+        pj.solve(body, 1e4, (drive,), guess=np.zeros(1))
+
+
 def test_clipped_resistance_is_flagged():
     body = pj.make_actuator("pneusma1")
     found = pj.solve(body, 10e3, (pj.Resistance(4.2),))

@@ -272,6 +272,25 @@ def test_dimensions_that_cannot_be_are_refused(given, what):
         pj.make_actuator(**dict(design="pneusma1") | given)
 
 
+@pytest.mark.parametrize(
+    ("design", "given", "why"),
+    [
+        ("pneuflex_s", dict(fibre_stiffness=10.0), "'fibre_stiffness' changes nothing .* taken as inextensible"),
+        ("pneusma1", dict(fibre_stiffness=10.0, inextensible=False), "'fibre_stiffness' changes nothing .* no fibre"),
+        ("pneuflex_s", dict(prestrain=0.1), "'prestrain' changes nothing .* no springs"),
+    ],
+)
+def test_a_dimension_on_which_nothing_depends_is_refused(design, given, why):
+    with pytest.raises(pj.InputError, match=why):
+        pj.make_actuator(design, **given)
+
+
+def test_the_attached_length_follows_the_length_wherever_the_dimensions_come_from():
+    own = pj.design_geometry("pneusma1")
+    for body in (pj.make_actuator("pneusma1", length=60e-3), pj.make_actuator("pneusma1", geometry=own, length=60e-3)):
+        assert float(body.springs[0].attached_length) == 60e-3
+
+
 @pytest.mark.parametrize("ohms", [0.0, -3.5])
 def test_a_resistance_that_cannot_be_is_refused(ohms):
     with pytest.raises(ValueError, match=f"spring 2 must be positive .ohm., but it is {ohms:g}"):

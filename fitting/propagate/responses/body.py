@@ -65,8 +65,6 @@ class Body:
         """
         alloy, silicone = (self._table(kind, values) for kind in ("alloy", "silicone"))
         sizes = {key: values[key] for key in (*GEOMETRY_KEYS, *SIZES) if key in values}
-        if "length" in sizes and "attached_length" not in sizes:
-            sizes["attached_length"] = sizes["length"]
         law = pj.load_silicone(silicone) if self.law is None else pj.load_silicone(silicone, self.law)
         body = pj.make_actuator(
             self.tables["actuator"],
