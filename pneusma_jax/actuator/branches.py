@@ -24,8 +24,8 @@ from .root_find import newton, newton_side_by_side
 from .root_search import DISTINCT
 
 PATHS = 8
-"""Number of paths that are followed side by side. With 8, the thermal cycles of PneuSMA1, PneuSMA2 and the
-triad come back at all pressures to 50 kPa; fewer were not tried."""
+"""Number of paths that are followed side by side. With 8, thermal cycles of PneuSMA1, PneuSMA2 and the triad
+to 50 kPa come back, or their rows are said to be one of several. Fewer were not tried."""
 ASIDE = 0.02
 """Minimum distance at which a neighbouring branch is sought, along the direction in which they meet [1]."""
 FIRST = 10.0

@@ -22,7 +22,7 @@ from ..numerics.newton import BoundedNewton
 from ..numerics.safe import as_array, is_concrete, safe_divide
 from ..pipeline import PLAIN, Pipeline
 from . import detwinning, residual_strain, stress
-from .residual_strain import SpringState
+from .residual_strain import SpringState, hotter_of
 
 # Eqs. 3.1 and 3.2 over strain / eps_L, for a table without residual strain; the shift is small, so that a
 # cold wire unloads elastically (a spring, whose wire is strained unevenly, does so from large strains only)
@@ -170,7 +170,7 @@ class WireAlloy(eqx.Module):
     def residual_strain(self, state: SpringState, xi0: Array) -> Array:
         """Residual strain at the present martensite fraction, remembering the hottest since, Eq. 3.2 [1]."""
         limit = self.residual_strain_limit(state.prestrain)
-        return residual_strain.residual_strain(limit, jnp.minimum(state.xi_min, xi0), self.gR_decay)
+        return residual_strain.residual_strain(limit, hotter_of(state.xi_min, xi0), self.gR_decay)
 
     def axial_stress(self, strain: Array, xi0: Array, eps_R: Array) -> Array:
         """Engineering stress, Eqs. 2.33 and 3.3 in tension [Pa]."""
@@ -228,7 +228,7 @@ class WireAlloy(eqx.Module):
         """
         good = response.status <= int(WireStatus.several_strains)
         eps, xi0 = (jnp.where(good, x, 0.5) for x in (response.strain, response.xi0))
-        heated = SpringState(state.prestrain, jnp.minimum(state.xi_min, xi0))
+        heated = SpringState(state.prestrain, hotter_of(state.xi_min, xi0))
         eps_R = self.residual_strain(heated, xi0)
         loading = stress.on_detwinning_branch(self.modulus(xi0), self.detwinning_stress(eps, xi0), eps_R)
         deeper = residual_strain.residual_strain(self.residual_strain_limit(eps), xi0, self.gR_decay) > eps_R

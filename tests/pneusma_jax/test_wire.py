@@ -203,3 +203,10 @@ def test_meaningless_calls_are_refused():
         WireAlloy(*(0.0 if f.name == "E_a" else 1.0 for f in dataclasses.fields(WireAlloy) if f.name != "name"))
     with pytest.raises(pj.InputError, match="an alloy of springs, but one of straight wires is needed here \\(it lacks 'E_m'\\)"):
         load_wire("krl35")
+
+
+def test_the_residual_strain_of_a_wire_as_hot_as_ever_follows_the_next_heating_in_full():
+    wire, state = load_wire(), SpringState(0.03, 0.5)
+    left = lambda xi0: wire.residual_strain(state, xi0)  # noqa: E731
+    hotter = (left(np.asarray(0.5)) - left(np.asarray(0.5 - 1e-6))) / 1e-6
+    assert float(jax.grad(left)(0.5)) == pytest.approx(float(hotter), rel=1e-4)
