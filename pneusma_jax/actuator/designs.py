@@ -173,24 +173,16 @@ def _check_changes(changes: dict[str, float], known: tuple[str, ...] | list[str]
             raise InputError(f"{key!r} is not a dimension of this actuator: {nearest(key, known)}")
 
 
-OF_SPRINGS = ("wire_diameter", "mandrel_diameter", "initial_pitch", "active_coils", "free_length",
-              "attached_length", "prestrain")  # fmt: skip
-"""Dimensions that act on springs only."""
-
-
-def _check_acting(changes: dict[str, float], arrangement: Layout, inextensible: bool) -> None:
-    """Refuse changed dimensions on which nothing depends.
+def _check_fibre(changes: dict[str, float], arrangement: Layout, inextensible: bool) -> None:
+    """Refuse a stiffness of the fibre that would not act.
 
     Raises:
-        InputError: naming the first of them, and why.
+        InputError: saying why.
     """
     fibre = arrangement.fibre_angle is not None or arrangement.fibre_place is not None
     if "fibre_stiffness" in changes and (inextensible or not fibre):
         why = "its fibre is taken as inextensible; see `inextensible`" if fibre else "there is no fibre"
         raise InputError(f"'fibre_stiffness' changes nothing in this actuator: {why}")
-    idle = [key for key in OF_SPRINGS if key in changes and not arrangement.spring_numbers]
-    if idle:
-        raise InputError(f"{idle[0]!r} changes nothing in this actuator: it has no springs")
 
 
 def design_loads(
@@ -266,7 +258,7 @@ def make_actuator(
         **changes: dimensions to change [SI], as for `design_geometry` and `design_section`.
 
     Raises:
-        InputError: for an unknown name, where it names the nearest, and for a changed dimension on which
+        InputError: for an unknown name, where it names the nearest, and for a `fibre_stiffness` on which
             nothing depends.
         ValueError: for impossible dimensions, and springs that overlap or lie away from the wall.
     """
@@ -283,7 +275,7 @@ def make_actuator(
     sized = {key: getattr(geometry, key) for key in shape if key in GEOMETRY_KEYS}
     sized |= {key: value for key, value in changes.items() if key in shape}
     arrangement = layout(table)
-    _check_acting(changes, arrangement, inextensible)
+    _check_fibre(changes, arrangement, inextensible)
     if alloy is None and arrangement.spring_numbers:
         alloy = named_table(table, "alloy")
     silicone = named_table(table, "material") if silicone is None else silicone
