@@ -308,6 +308,7 @@ def plot(found: dict, path: Path) -> None:
         axis.axhline(1.0, color="black", linewidth=1.0, zorder=0)
         axis.set(xlabel=f"{unit} in a call", ylabel=f"cost per {unit[:-1]} / residual and Jacobian of a row")
         axis.grid(alpha=0.3)
+        axis.set_visible(drawn[unit] > 0)
         if drawn[unit]:  # under the axes, where no line is
             columns = {"loc": "upper center", "bbox_to_anchor": (0.5, -0.1), "frameon": False}
             axis.legend(fontsize=8, ncols=3 if unit == "rows" else 1, **columns)
