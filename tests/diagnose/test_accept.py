@@ -1,6 +1,7 @@
 """Effects that predict worse what was not fitted are taken back; what is said of before and after follows from numbers."""
 
 import dataclasses
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ from fitting.diagnose.fit.prediction import Loss
 from fitting.diagnose.fit.refit import Refitter
 from fitting.diagnose.search.explain import explain
 from fitting.diagnose.search.steps import Explanation
+from fitting.diagnose.verdict import accept
 from fitting.diagnose.verdict.accept import accepted, contradicts
 from fitting.diagnose.verdict.assess import assess
 from fitting.diagnose.verdict.held_out import Scores
@@ -63,6 +65,16 @@ def test_the_part_of_it_that_predicts_better_stays():
     """The effect goes first whose absence costs the fit least: the other one is in all recordings."""
     found, said = explained((-6.0, 3.5))
     assert found.final.slugs == (DELAY,) and len(said) == 1
+
+
+def test_what_stays_of_a_set_is_asked_again_if_instruments_explain_it(monkeypatch):
+    """Two effects explain more than inaccurate instruments do. The one that stays does not."""
+    monkeypatch.setattr(accept, "accurate", lambda *_: True)
+    monkeypatch.setattr(accept, "beyond_instruments", lambda found: len(found.final.slugs) > 1)
+    monkeypatch.setattr(accept, "effects_found", lambda found, _: [SimpleNamespace(sized=s) for s in found.final.slugs])
+    found, said = explained((-6.0, 3.5))
+    assert found.final.slugs == () and len(said) == 2
+    assert said[1].startswith(f"{DELAY} explains some of what the base model misses")
 
 
 def test_a_set_that_predicts_better_stays():

@@ -24,7 +24,7 @@ def accepted(explanation: Explanation, scores: Scores) -> tuple[Explanation, lis
 
     The effect goes first whose absence costs the fit least. The others are weighed anew. All go where the
     base model is as accurate as instruments are whose noise nobody states, unless instruments would not err
-    like that.
+    like that. This is asked again of effects that stay when others went.
 
     Args:
         explanation: result of a search; it is not changed.
@@ -33,11 +33,12 @@ def accepted(explanation: Explanation, scores: Scores) -> tuple[Explanation, lis
     Returns:
         The explanation, and a sentence for every set that was removed.
     """
-    said, program, final = [], explanation.program, explanation.final
-    if final.slugs and accurate(program, explanation.base) and not beyond_instruments(explanation):
-        said.append(needless([one.sized for one in effects_found(explanation, 0.0)]))
-        return _with_names_of(explanation, explanation.base), said
+    said, program = [], explanation.program
+    close = accurate(program, explanation.base)
     while explanation.final.slugs:
+        if close and not beyond_instruments(explanation):
+            said.append(needless([one.sized for one in effects_found(explanation, 0.0)]))
+            return _with_names_of(explanation, explanation.base), said
         before, after = scores.held_out(explanation)
         if after.reduced_chi2 <= before.reduced_chi2:
             break
