@@ -87,6 +87,11 @@ def test_gains_are_those_of_the_whole_gaussian_model():
     assert static_gains(program, base)[: len(errors)] == pytest.approx(np.array(expected), rel=1e-5, abs=1e-3)
 
 
+def test_an_output_of_which_no_reading_counts_has_no_static_errors():
+    program, base, _ = fits(world(), 3.0)
+    assert all(not errors.any() for errors in _errors_of_output(program, base, "force"))
+
+
 def test_errors_of_an_input_are_a_zero_of_each_recording_a_gain_and_a_bow(tmp_path):
     """A zero of the strain by 1 % of its range moves the stress by the slope of the curve."""
     for k in range(2):

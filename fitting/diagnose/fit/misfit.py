@@ -66,7 +66,7 @@ def accurate(program: Program, fit: Fit) -> bool:
 def range_of(program: Program, quantity: str) -> float:
     """Range of the values of an output that count, over all recordings, SI; 0 where there are none."""
     read = [c for channels in program.channels for c in channels if c.quantity == quantity]
-    every = np.concatenate([c.measured[np.isfinite(c.sigma)] for c in read])
+    every = np.concatenate([np.zeros(0), *(c.measured[np.isfinite(c.sigma)] for c in read)])
     return float(np.ptp(every)) if every.size else 0.0
 
 

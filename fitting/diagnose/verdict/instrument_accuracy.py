@@ -93,7 +93,8 @@ def _errors_of_output(program: Program, fit: Fit, quantity: str) -> list[np.ndar
         for channel, values in zip(program.channels[k], predicted[k], strict=True)
         if channel.quantity == quantity
     ]
-    knots = knots_of(np.concatenate(read), DISCREPANCY.knots)
+    values_read = np.concatenate([np.zeros(0), *read])
+    knots = knots_of(values_read, DISCREPANCY.knots) if values_read.size else None
     size, bent, zeros = ACCURACY * range_of(program, quantity), [], []
     for k, channels in enumerate(program.channels):
         parts = []
