@@ -15,6 +15,7 @@ from fitting.diagnose.fit.misfit import accurate
 from fitting.diagnose.fit.refit import Refitter
 from fitting.diagnose.search.steps import Explanation, Named
 from fitting.diagnose.settings import DEFAULT
+from fitting.diagnose.verdict import accept
 from fitting.diagnose.verdict.accept import beyond_instruments
 from fitting.diagnose.verdict.discrepancy_evidence import linearised
 from fitting.diagnose.verdict.instrument_accuracy import (
@@ -62,6 +63,12 @@ def test_an_effect_speaks_only_if_it_leaves_at_most_a_faint_misfit(further, spea
     program, base, named = fits(world(), 3.0, wave)
     assert accurate(program, base)
     assert beyond_instruments(Explanation(program, base, Named(named), [], 0.001, True)) is speaks
+
+
+def test_effects_without_a_prediction_of_a_recording_do_not_speak(monkeypatch):
+    program, base, named = fits(world(), 3.0)
+    monkeypatch.setattr(accept, "predictive_chi_square", lambda *_: np.nan)
+    assert not beyond_instruments(Explanation(program, base, Named(named), [], 0.001, True))
 
 
 def test_an_effect_that_is_a_function_of_the_reading_has_no_evidence_of_its_own():

@@ -2,6 +2,8 @@
 
 from dataclasses import replace
 
+import numpy as np
+
 from ..fit.evidence import inflation_of
 from ..fit.misfit import accurate, limit_of
 from ..fit.prediction import Loss, predictive_chi_square
@@ -62,7 +64,8 @@ def beyond_instruments(explanation: Explanation) -> bool:
     """
     program, base, fit = explanation.program, explanation.base, explanation.final
     for mask in (program.fitted, program.unseen):
-        if predictive_chi_square(program, fit, mask) > max(limit_of(program, mask), 1.0 + EXCESS.little):
+        left = predictive_chi_square(program, fit, mask)
+        if np.isnan(left) or left > max(limit_of(program, mask), 1.0 + EXCESS.little):
             return False
     return bool(beyond_accuracy(program, base, fit) > EVIDENCE.minimum_settled)
 
