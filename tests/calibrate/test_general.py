@@ -49,7 +49,7 @@ def test_what_cycles_do_not_show_is_named(wire):
     assert {"gR_amplitude", "gR_slope", "gR_shift"} <= stayed
     together = [e["parameters"] for e in wire.identifiability if e["kind"] == "known_together"]
     assert ["beta_2", "beta_3"] in together
-    assert "still at the value it started from" in " ".join(wire.report().split())
+    assert "are still at the values they started from" in " ".join(wire.report().split())
 
 
 @pytest.mark.slow

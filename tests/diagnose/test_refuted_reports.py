@@ -48,7 +48,7 @@ def test_something_unmodelled_has_evidence_on_the_scale_of_the_candidates(refute
     assert max(t.bayes for t in x.leading.candidates) < refuted.found[0].bayes < 0.7 * whole
     said = text.effect(refuted.found[0])
     assert "what the misfit beyond noise is worth. An effect may have more" in said
-    assert f"log Bayes factor {refuted.found[0].bayes:.0f}." in said
+    assert f"log Bayes factor {refuted.found[0].bayes:#.3g}." in said
     assert "do not tell it from" not in said  # after `which leaves too much`
     assert f"In every log Bayes factor of this page misfit counts 1/{x.inflation:.2g} of" in candidate_table(refuted).note
 
@@ -57,7 +57,7 @@ def test_something_unmodelled_has_evidence_on_the_scale_of_the_candidates(refute
 def test_evidence_of_something_unmodelled_is_not_called_a_bound(confusable):
     """A candidate of 27 stood beside an `unmodelled` of `at most 6`, and one of 54 beside a name."""
     said = text.effect(Found("unmodelled", 0.7, 5.52, {}, confusable, "Some text."))
-    assert said == "Some text. Probability 0.70, log Bayes factor 6."
+    assert said == "Some text. Probability 0.70, log Bayes factor 5.52."
 
 
 def test_a_candidate_may_have_more_evidence_than_something_unmodelled():
