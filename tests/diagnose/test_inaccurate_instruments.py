@@ -5,15 +5,17 @@ import dataclasses
 import numpy as np
 import pytest
 from diagnosis_coupons import SIDECAR, course, curve, put
-from linear_world import CONSTANT, World, fast
+from linear_world import CONSTANT, DELAY, World, fast
 
 from fitting.data.recordings import read_campaign
 from fitting.diagnose.evaluate.program import Program
 from fitting.diagnose.fit.base_fit import base_fit
+from fitting.diagnose.fit.candidates import CandidateFit
 from fitting.diagnose.fit.evidence import evidence, inflation_of
 from fitting.diagnose.fit.misfit import accurate
 from fitting.diagnose.fit.refit import Refitter
-from fitting.diagnose.search.steps import Explanation, Named
+from fitting.diagnose.search.pool import without
+from fitting.diagnose.search.steps import Explanation, LeaveOneOutEvidence, Named
 from fitting.diagnose.settings import DEFAULT
 from fitting.diagnose.verdict import accept
 from fitting.diagnose.verdict.accept import beyond_instruments
@@ -24,6 +26,7 @@ from fitting.diagnose.verdict.instrument_accuracy import (
     beyond_accuracy,
     static_gains,
 )
+from fitting.diagnose.verdict.probabilities import like_accuracy
 
 
 def world(shape=None):
@@ -76,6 +79,23 @@ def test_an_effect_that_is_a_function_of_the_reading_has_no_evidence_of_its_own(
     assert accurate(program, base)
     assert evidence(program, base, named, inflation_of(program, named)) > 5.0 * DEFAULT.evidence.minimum_settled
     assert beyond_accuracy(program, base, named) < DEFAULT.evidence.minimum_first
+
+
+def test_one_effect_of_two_is_tentative_where_static_errors_explain_it():
+    made = world()
+    lag = bent(made.base @ np.array([2.0, -1.0]))[..., None]
+    made = dataclasses.replace(made, effects={**made.effects, DELAY: lag})
+    program = made.program(made.truth(np.random.default_rng(3), (2.0, -1.0), **{CONSTANT: 3.0, DELAY: 3.0}))
+    base = Refitter(program).fit((), program.unknowns.neutral)
+    start = base.u.copy()
+    start[program.unknowns.of([CONSTANT, DELAY])] = 1.5
+    both = Refitter(program).fit((CONSTANT, DELAY), start)
+    explanation = Explanation(program, base, Named(both), [], 0.001, True)
+    assert accurate(program, base) and beyond_instruments(explanation)
+    for slug, alike in ((DELAY, True), (CONSTANT, False)):
+        rest = without(program, both, slug)
+        one_out = LeaveOneOutEvidence(slug, rest, [CandidateFit(slug, both, np.nan, np.nan)])
+        assert like_accuracy(explanation, one_out) is alike
 
 
 def test_gains_are_those_of_the_whole_gaussian_model():

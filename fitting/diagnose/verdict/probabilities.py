@@ -12,12 +12,13 @@ from pneusma_jax.units import amount
 from ..evaluate.program import Program
 from ..fit.candidates import CandidateFit
 from ..fit.evidence import evidence, inflation_of
-from ..fit.misfit import reduced
+from ..fit.misfit import accurate, reduced
 from ..fit.refit import Fit, at_an_end, at_its_bound
 from ..fit.standard_errors import standard_covariance
 from ..search.decision import leaves_more
 from ..search.steps import Explanation, LeaveOneOutEvidence
 from ..settings import DEFAULT
+from .instrument_accuracy import beyond_accuracy
 
 CANDIDATES = DEFAULT.candidates
 EVIDENCE = DEFAULT.evidence
@@ -197,7 +198,9 @@ def effects_found(
             probability = min(probability, max(share, PROBABILITY.doubtful))
         if at_its_bound(fit, slug):
             probability *= PROBABILITY.tentative
-        if candidate.bayes - candidate.explained_by_instruments < EVIDENCE.minimum_settled:
+        if candidate.bayes - candidate.explained_by_instruments < EVIDENCE.minimum_settled or like_accuracy(
+            explanation, one_out
+        ):
             probability = min(probability, PROBABILITY.tentative)
         others = [pair for pair in explanation.contending if slug not in pair]
         if others:
@@ -232,6 +235,17 @@ def effects_found(
             )
         )
     return found
+
+
+def like_accuracy(explanation: Explanation, one_out: LeaveOneOutEvidence) -> bool:
+    """True if static errors of instruments of unstated noise explain one effect of several.
+
+    A set may be clear of such errors while one of its effects, beside the others, is not.
+    """
+    program = explanation.program
+    if not one_out.base.slugs or not accurate(program, explanation.base):
+        return False
+    return bool(beyond_accuracy(program, one_out.base, one_out.own.fit) < EVIDENCE.minimum_settled)
 
 
 def sum_of_terms(program: Program, fit: Fit, covariance: np.ndarray, slug: str) -> Together | None:
