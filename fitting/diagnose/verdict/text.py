@@ -174,7 +174,7 @@ def _within_accuracy(conclusion: Conclusion, it: str) -> list[str]:
         f"The base model misses no output by more than {share} % of its range in a recording "
         "(root mean square).",
         f"Nobody states the noise, and ordinary instruments are accurate to {most} %. But no error that "
-        f"depends on a reading alone explains as much as {it}.",
+        f"depends on a reading alone explains as much as {it}. A drift in time is not excluded by that.",
     ]
 
 
