@@ -26,6 +26,7 @@ from jaxtyping import Array, Float
 import pneusma_jax as pj
 from fitting.data.recordings import Campaign, Recording, kinds
 from fitting.inference.channels import Channel
+from fitting.inference.differences import differenced
 from fitting.inference.parameters import Parameters
 from pneusma_jax.calibration.records import Quantity
 from pneusma_jax.errors import InputError
@@ -156,7 +157,13 @@ def with_effects(
     start = rows.extra.get(BEGUN)
     if start is None:
         start = follow(still, pj.Resistance(rows.inputs["resistance"]))[2].xi0
-    found = best_course(partial(at, stand), partial(at, still), start, OUTPUTS, rows)
+    def free(xi0: Array, decided_by: Array, here: Array) -> Array:
+        if MARGIN not in rows.extra:
+            return at(stand, xi0, decided_by)[0]
+        given = stand, frozen((elongation, time, warm, margin, xi0, decided_by))
+        return differenced(_seen, given, here)
+
+    found = best_course(free, partial(at, still), start, OUTPUTS, rows)
     gamma = found.known.gamma
     rate = jnp.gradient(gamma) / jnp.maximum(jnp.gradient(time), 1e-9)
     drivers = {
@@ -173,6 +180,16 @@ def with_effects(
         MARGIN: jnp.broadcast_to(margin, gamma.shape),
     }
     return dict(zip(OUTPUTS, found.predicted, strict=True)), drivers
+
+
+def _seen(given: tuple) -> Array:
+    """Outputs along a trajectory, (channels, rows)."""
+    (element, effects, state), (elongation, time, warm, margin, xi0, decided_by) = given
+    found = pj.simulate_spring(
+        element, elongation, pj.MartensiteFraction(xi0), state, time=time, effects=effects, temperature=warm,
+        decided_by=decided_by, margin=margin,
+    )  # fmt: skip
+    return jnp.stack([found.seen[name] for name in OUTPUTS])
 
 
 @jax.jit  # one program for each length, not one for each of forty operations

@@ -13,6 +13,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float, PyTree
 
+from fitting.inference.differences import STEP
 from fitting.inference.latent_trajectory.elimination import Elimination
 from fitting.inference.latent_trajectory.gauss_newton import ended, largest, settle
 from fitting.inference.latent_trajectory.smoother import Local, variances
@@ -26,6 +27,8 @@ ROUNDS = 8
 """Maximum number of Gauss-Newton iterations."""
 SETTLED = 3e-3
 """Maximum step of a fraction at which the iterations end [1]."""
+FIRST = 0
+"""Number of the search that only looks at the first guess: it makes one candidate all the same."""
 LONGEST = 0.3
 """Maximum step of the fraction in one iteration [1]."""
 
@@ -181,26 +184,37 @@ def best_course(outputs: Outputs, frozen: Outputs, read: Array, names: Sequence[
     system = _System([Noise.of(rows, name) for name in names], measured, coupling)
 
     begin = jax.lax.stop_gradient(jnp.clip(read, 0.0, 1.0))
-    first = _linearised(lambda course: frozen(course, course), begin)
     precision = jnp.stack([lasting_precision(rows, name) for name in names])
-    information = jnp.sum(precision * first.slope**2, axis=0)
-    steady = jax.lax.stop_gradient(steady_near(rows.time, begin, information))
-    free, frozen = partial(outputs, decided_by=steady), partial(frozen, decided_by=steady)
+    everywhere, nothing = jnp.ones(rows.time.shape, bool), jnp.zeros_like(measured)
+    shapes = jax.eval_shape(lambda course: frozen(course, course)[2], begin)
+    no_response = jax.tree.map(lambda x: jnp.zeros(x.shape, x.dtype), shapes)
+    no_answer = jnp.full_like(measured, jnp.nan)
+    blank = Local(no_answer, nothing, nothing, jnp.zeros(read.shape, int)), no_response
 
-    def step(course: Array) -> tuple[Array, Array, Local]:
-        local = _linearised(frozen, course)
-        move = system.step(local, course, local.predicted)
-        return move, system.square(measured - local.predicted, course), local
+    def searched(carry: tuple, most: Array) -> tuple[tuple, tuple]:
+        """A search of at most so many candidates, and the start of the next one."""
+        start, decided_by = carry
 
-    everywhere = jnp.ones(rows.time.shape, bool)
-    nothing = jnp.zeros_like(measured)
-    blank = Local(nothing, nothing, nothing, jnp.zeros(read.shape, int))
-    solution, local = settle(step, begin, everywhere, SETTLED, ROUNDS, blank)
-    at_solution, _, known = free(solution)
+        def step(course: Array) -> tuple[Array, Array, tuple[Local, PyTree]]:
+            local, response = _linearised(partial(frozen, decided_by=decided_by), course)
+            move = system.step(local, course, local.predicted)
+            return move, system.square(measured - local.predicted, course), (local, response)
+
+        solution, (local, response) = settle(step, start, everywhere, SETTLED, most, blank)
+        steady = steady_near(rows.time, begin, jnp.sum(precision * local.slope**2, axis=0))
+        after = solution + system.step(local, solution, local.predicted)
+        begins = most == FIRST
+        following = jnp.where(begins, begin, after), jnp.where(begins, steady, decided_by)
+        return following, (solution, local, response, decided_by)
+
+    # one loop for all three, since each place at which the law stands makes the program longer
+    _, found = jax.lax.scan(searched, (begin, begin), jnp.array([FIRST, ROUNDS, 1]))
+    solution, local, known, steady = _at(found, 1)
+    after, then = _at((found[0], found[1].predicted), 2)
+    at_solution = outputs(solution, steady, local.predicted)
     last = system.step(local, solution, at_solution)
     # where a row begins to renew the metal's memory all later ones jump, which the slopes cannot predict
-    solution_value, outputs_here, after = jax.lax.stop_gradient((solution, at_solution, solution + last))
-    then = frozen(after)[0]
+    solution_value, outputs_here = solution, local.predicted
     better = system.square(measured - then, after) <= system.square(measured - outputs_here, solution_value)
     made = better & (largest(last, everywhere) <= SETTLED)
     course = ended(solution, last, made)
@@ -253,14 +267,23 @@ def _weight_and_correlation(rows: Rows, name: str) -> tuple[Array, Array | float
     return weight, rows.extra.get(f"correlation_{name}", 0.0)
 
 
-def _linearised(outputs: Callable[[Array], tuple[Array, Array, PyTree]], course: Array) -> Local:
+def _at(tree: PyTree, k: int) -> PyTree:
+    """Result number k of a loop, without derivatives."""
+    return jax.tree.map(lambda x: jax.lax.stop_gradient(x[k]), tree)
+
+
+def _linearised(
+    outputs: Callable[[Array], tuple[Array, Array, PyTree]], course: Array
+) -> tuple[Local, PyTree]:
     """The channels at a trajectory and their linearisation.
 
     A spring remembers its hottest row since its memory was last renewed, by heating or by loading.
     """
-    along = lambda direction: jax.jvp(lambda x: outputs(x)[0], (course,), (direction,))  # noqa: E731
-    kept = outputs(course)[1]
-    predicted, slopes = jax.vmap(along, out_axes=(None, 0))(jnp.stack([jnp.ones_like(course), kept * 1.0]))
-    remembered = jnp.where(kept, 0.0, slopes[1])
+    predicted, kept, response = outputs(course)
+    step = jnp.where(course > 0.5, -STEP, STEP)  # towards the inside
+    ways = jnp.stack([jnp.ones_like(step), kept])
+    moved = jax.vmap(lambda course: outputs(course)[0])(course + step * ways)
     source = jax.lax.cummax(jnp.where(kept, jnp.arange(course.size), 0))
-    return Local(predicted, slopes[0] - remembered, remembered, source)
+    whole, by_memory = moved - predicted
+    by_memory = jnp.where(kept, 0.0, by_memory)
+    return Local(predicted, (whole - by_memory) / step, by_memory / step[source], source), response

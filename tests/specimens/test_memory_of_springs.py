@@ -44,7 +44,7 @@ def test_a_renewed_memory_is_linearised_about_the_row_that_renewed_it(spring):
     """The hottest row of the test is before the renewal. Its fraction no longer matters after it."""
     xi0 = jnp.asarray(_fraction())
     outputs = _outputs(spring)
-    local = _linearised(outputs, xi0)
+    local, _ = _linearised(outputs, xi0)
     hottest = int(np.argmin(_fraction()[:60]))
     assert np.all(np.asarray(local.source)[-20:] > 60)
     assert float(_fraction()[hottest]) < float(_fraction()[-20:].min())
