@@ -8,7 +8,7 @@ attributes.
 | `rows_for`, `parameters_for`, `residual`, `predict` | `calibrate` (fits), `sample` (posteriors), `plan` |
 | `decides`, `decided` | `calibrate`: decisions that are not smooth in the parameters, between two fits |
 | `answer` with effects, `explained`, `latent` | `diagnose` |
-| `most_rows_with_effects`, `each_alone`, `compiler_options` | `diagnose`: its compiled program |
+| `most_rows_with_effects`, `each_alone`, `differenced`, `compiler_options` | `diagnose`: its program |
 | `answer` at every row (`simulation.py`), `drivers`, `cautions`, `states` | `simulate`, `synthesise` |
 | `influences`, `loads`, `located` | `diagnose`: varied inputs, next experiment, place of a misfit |
 | `tables`, `options`, `element`, `letter` | `saved_models`, `with_saved_model`: models on disk |
@@ -193,6 +193,8 @@ class Specimen(Model):
         most_rows_with_effects: maximum number of rows where effects act.
         each_alone: true if a diagnosis runs recordings one by one, side by side on all cores. It is worth it
             where a recording takes milliseconds.
+        differenced: true if `answer` has derivatives by finite differences in a diagnosis. Its program then
+            has no tangents, and is the same whichever constants are free.
         compiler_options: XLA options of a diagnosis's compiled program.
     """
 
@@ -217,6 +219,7 @@ class Specimen(Model):
     output_drivers: tuple[str, ...] = tuple(name for name in UNITS if name != WALL)
     most_rows_with_effects: int = MOST_ROWS
     each_alone: bool = False
+    differenced: bool = False
     compiler_options: Mapping[str, bool | int] | None = None
 
     def __repr__(self) -> str:

@@ -158,7 +158,7 @@ def with_effects(
     if start is None:
         start = follow(still, pj.Resistance(rows.inputs["resistance"]))[2].xi0
     def free(xi0: Array, decided_by: Array, here: Array) -> Array:
-        if MARGIN not in rows.extra:
+        if MARGIN not in rows.extra:  # no diagnosis: its program is small, and needs reverse derivatives
             return at(stand, xi0, decided_by)[0]
         given = stand, frozen((elongation, time, warm, margin, xi0, decided_by))
         return differenced(_seen, given, here)
@@ -303,6 +303,7 @@ class SpringOnStand(Specimen):
         "time", "xi0", "force", "resistance", "stress", "strain", "strain_rate", "max_strain",
     )  # fmt: skip
     compiler_options = OF_HISTORIES
+    differenced = True
     latent = SpringPhase()
 
     def drivers(self, recording: Recording) -> tuple[str, ...]:

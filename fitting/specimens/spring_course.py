@@ -139,6 +139,9 @@ def _next_row(column: Array) -> Array:
 Outputs = Callable[[Array, Array], tuple[Array, Array, PyTree]]
 """Function from a trajectory, and from the one that decides what the spring remembers, to the channels, shape
 (channels, rows), a mask of the rows that it remembers from then on, shape (rows,), and auxiliary results."""
+Moved = Callable[[Array, Array, Array], Array]
+"""Function from the same two trajectories, and from the channels along the first, to these channels with
+their derivatives by the constants."""
 
 
 class Found(eqx.Module):
@@ -161,18 +164,22 @@ class Found(eqx.Module):
     local: Local
 
 
-def best_course(outputs: Outputs, frozen: Outputs, read: Array, names: Sequence[str], rows: Rows) -> Found:
+def best_course(outputs: Moved, frozen: Outputs, read: Array, names: Sequence[str], rows: Rows) -> Found:
     """Martensite fraction, modelled as a random walk, that explains all channels best.
 
     The method is damped Gauss-Newton from a first guess. A spring remembers its hottest row, so later rows
     are coupled to it. Which row that is, a steady course near the first guess decides.
 
-    The search carries no tangents. After it the model is run once more with tangents. The last step along the
-    channels' slopes makes them those of the implicit function.
+    The search carries no tangents. After it the model is run once more for derivatives. The last step along
+    the channels' slopes makes them those of the implicit function.
+
+    The law stands at few places of the program, since a law with every effect takes long to compile. So its
+    slopes by the trajectory are differences, and one loop makes three searches. The first one looks at the
+    first guess only, the second one searches, and the third one looks where a further step would end.
 
     Args:
-        outputs: function from a trajectory to the channels.
-        frozen: the same function without tangents.
+        outputs: gives the channels their derivatives.
+        frozen: function from a trajectory to the channels, without derivatives.
         read: first guess of the trajectory, shape (rows,).
         names: names of the channels.
         rows: recording as arrays.
@@ -207,7 +214,6 @@ def best_course(outputs: Outputs, frozen: Outputs, read: Array, names: Sequence[
         following = jnp.where(begins, begin, after), jnp.where(begins, steady, decided_by)
         return following, (solution, local, response, decided_by)
 
-    # one loop for all three, since each place at which the law stands makes the program longer
     _, found = jax.lax.scan(searched, (begin, begin), jnp.array([FIRST, ROUNDS, 1]))
     solution, local, known, steady = _at(found, 1)
     after, then = _at((found[0], found[1].predicted), 2)
@@ -277,7 +283,8 @@ def _linearised(
 ) -> tuple[Local, PyTree]:
     """The channels at a trajectory and their linearisation.
 
-    A spring remembers its hottest row since its memory was last renewed, by heating or by loading.
+    A spring remembers its hottest row since its memory was last renewed, by heating or by loading. The second
+    result are the auxiliary ones of `outputs`.
     """
     predicted, kept, response = outputs(course)
     step = jnp.where(course > 0.5, -STEP, STEP)  # towards the inside

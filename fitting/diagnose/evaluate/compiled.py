@@ -50,7 +50,7 @@ class Compiled:
 
     def __init__(self, specimen: Specimen, unknowns: Unknowns, always: tuple[Effect, ...], trajectories: int):
         self._unknowns, self._always, self._trajectories = unknowns, always, trajectories
-        self.one_by_one = specimen.each_alone
+        self.one_by_one, self._differenced = specimen.each_alone, specimen.differenced
         self._parts: dict[tuple, tuple[list, dict[tuple, Packed]]] = {}
         count = len(unknowns.base)
 
@@ -122,6 +122,7 @@ class Compiled:
         unknowns, count = self._unknowns, self._trajectories
         stated, most = unknowns.stated(u, stacked), self.width + 2 * count
         free = {unknowns.items[k].name.partition(MARK)[0] for k in unknowns.base}
+        free = set(stated) if self._differenced else free  # so that one program serves any free constants
         names, others = (tuple(n for n in stated if (n in free) == wanted) for wanted in (True, False))
         base, still = (
             np.stack([stated[n] for n in some], axis=-1) if some else np.zeros((len(stacked.mask), 0))
