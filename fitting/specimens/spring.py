@@ -143,24 +143,19 @@ def with_effects(
     elongation, time = rows.inputs["elongation"], rows.time
     warm = rows.extra.get(spring_rows.RECORDED_TEMPERATURE)
 
-    def follow(stand: tuple, activation: Any, **more: Array) -> tuple[Array, Array, SpringResponse]:
-        element, effects, state = stand
-        found = pj.simulate_spring(
-            element, elongation, activation, state, time=time, effects=effects, temperature=warm, **more
-        )
-        return jnp.stack([found.seen[name] for name in OUTPUTS]), found.kept, found.rows
+    inputs, margin = (elongation, time, warm), rows.extra.get(MARGIN, jnp.zeros(()))
 
     def at(stand: tuple, xi0: Array, decided_by: Array) -> tuple[Array, Array, SpringResponse]:
-        return follow(stand, pj.MartensiteFraction(xi0), decided_by=decided_by, margin=margin)
+        return _along(stand, inputs, pj.MartensiteFraction(xi0), decided_by=decided_by, margin=margin)
 
-    still, margin = frozen(stand), rows.extra.get(MARGIN, jnp.zeros(()))
-    start = rows.extra.get(BEGUN)
+    still, start = frozen(stand), rows.extra.get(BEGUN)
     if start is None:
-        start = follow(still, pj.Resistance(rows.inputs["resistance"]))[2].xi0
+        start = _along(still, inputs, pj.Resistance(rows.inputs["resistance"]))[2].xi0
+
     def free(xi0: Array, decided_by: Array, here: Array) -> Array:
         if MARGIN not in rows.extra:  # no diagnosis: its program is small, and needs reverse derivatives
             return at(stand, xi0, decided_by)[0]
-        given = stand, frozen((elongation, time, warm, margin, xi0, decided_by))
+        given = stand, frozen((inputs, margin, xi0, decided_by))
         return differenced(_seen, given, here)
 
     found = best_course(free, partial(at, still), start, OUTPUTS, rows)
@@ -182,14 +177,28 @@ def with_effects(
     return dict(zip(OUTPUTS, found.predicted, strict=True)), drivers
 
 
+def _along(
+    stand: tuple, inputs: tuple, activation: Any, **more: Array
+) -> tuple[Array, Array, SpringResponse]:
+    """Outputs (channels, rows), rows that are remembered, and responses of a spring on its stand.
+
+    Args:
+        stand: the spring, its effects and its state before the first row.
+        inputs: elongation, time and recorded temperature.
+        activation: what drives it.
+        more: other arguments of `simulate_spring`.
+    """
+    (element, effects, state), (elongation, time, warm) = stand, inputs
+    found = pj.simulate_spring(
+        element, elongation, activation, state, time=time, effects=effects, temperature=warm, **more
+    )
+    return jnp.stack([found.seen[name] for name in OUTPUTS]), found.kept, found.rows
+
+
 def _seen(given: tuple) -> Array:
     """Outputs along a trajectory, (channels, rows)."""
-    (element, effects, state), (elongation, time, warm, margin, xi0, decided_by) = given
-    found = pj.simulate_spring(
-        element, elongation, pj.MartensiteFraction(xi0), state, time=time, effects=effects, temperature=warm,
-        decided_by=decided_by, margin=margin,
-    )  # fmt: skip
-    return jnp.stack([found.seen[name] for name in OUTPUTS])
+    stand, (inputs, margin, xi0, decided_by) = given
+    return _along(stand, inputs, pj.MartensiteFraction(xi0), decided_by=decided_by, margin=margin)[0]
 
 
 @jax.jit  # one program for each length, not one for each of forty operations

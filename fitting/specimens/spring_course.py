@@ -220,8 +220,7 @@ def best_course(outputs: Moved, frozen: Outputs, read: Array, names: Sequence[st
     at_solution = outputs(solution, steady, local.predicted)
     last = system.step(local, solution, at_solution)
     # where a row begins to renew the metal's memory all later ones jump, which the slopes cannot predict
-    solution_value, outputs_here = solution, local.predicted
-    better = system.square(measured - then, after) <= system.square(measured - outputs_here, solution_value)
+    better = system.square(measured - then, after) <= system.square(measured - local.predicted, solution)
     made = better & (largest(last, everywhere) <= SETTLED)
     course = ended(solution, last, made)
     predicted = at_solution + local.along(course - solution)
