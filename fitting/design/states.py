@@ -59,7 +59,8 @@ class _Reader:
                 inner = fields.table_of(value, at)
                 fractions |= dict(self._fraction(name, own, x, int(found[1]), at) for own, x in inner.items())
             else:
-                fractions |= dict([self._fraction(name, key, value, 0, where)])
+                spring, fraction = self._fraction(name, key, value, 0, where)
+                fractions[spring] = fraction
         return State(name, pressure, fractions)
 
     def _pressure(self, name: str, value: Any, where: str) -> float | None:
