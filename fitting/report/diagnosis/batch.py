@@ -80,11 +80,19 @@ def _name(effect: dict[str, Any]) -> str:
     name = f"{perhaps}{words_of(effect['name'])} {effect['probability']:.2f}"
     if effect["strength"] is None:
         return name
-    together = effect.get("together")  # a sum of terms that the recordings do not tell apart
-    entry = together or effect["parameters"][effect["strength"]]
-    strength = " + ".join(together["names"]) if together else effect["strength"]
+    strength, entry = _strength(effect)
     size = amount(with_error(entry["value"], entry["sd"]), entry["unit"])
     return f"{name} ({strength} = {size})"
+
+
+def _strength(effect: dict[str, Any]) -> tuple[str | None, dict[str, Any]]:
+    """Name of an effect's strength, and its entry: value, sd and unit. Empty where it has none.
+
+    Of terms that the recordings do not tell apart it is their sum.
+    """
+    if together := effect.get("together"):
+        return " + ".join(together["names"]), together
+    return effect["strength"], effect["parameters"].get(effect["strength"], {})
 
 
 def _row(member: Diagnosed) -> list[str]:
@@ -120,9 +128,7 @@ def _csv(result: Diagnoses) -> str:
         scores = [fit[when]["reduced_chi2"] if fit else None for when in ("before", "after")]
         outcome = member.content.get("verdict", "failed")
         for effect in _effects(member) or [NO_EFFECT]:
-            together = effect.get("together")
-            size = together or effect["parameters"].get(effect["strength"], {})
-            strength = " + ".join(together["names"]) if together else effect["strength"]
+            strength, size = _strength(effect)
             cells = [*(effect[key] for key in ("name", "probability", "tentative")), strength]
             cells += [size.get(key) for key in ("value", "sd", "unit")]
             rows.append([member.name, str(member.path), outcome, *cells, *scores, member.problem])
