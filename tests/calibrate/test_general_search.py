@@ -14,7 +14,7 @@ from fitting.data.recordings import Campaign, Recording, write_recording
 from fitting.inference.least_squares import Status
 from fitting.inference.parameters import Parameters
 from fitting.report.general import text, wires
-from fitting.report.general.open_constants import grouped_warnings
+from fitting.report.open_constants import grouped_warnings
 from fitting.specimens import WIRE
 from pneusma_jax.calibration import load_calibration
 from pneusma_jax.errors import InputError

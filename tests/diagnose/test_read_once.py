@@ -13,7 +13,7 @@ from fitting.diagnose.verdict.text import verdict_sentences
 from fitting.report.diagnosis import text
 from fitting.report.diagnosis.model import model_of
 from fitting.report.diagnosis.tables import base_table, discrepancy_table, effect_table
-from fitting.report.general.open_constants import open_sentences
+from fitting.report.open_constants import open_sentences
 from fitting.specimens.saved_models import DIAGNOSIS
 
 

@@ -13,7 +13,7 @@ from fitting.calibrate.quoted import estimate
 from fitting.inference.parameters import Parameter, Parameters, Prior
 from fitting.report import profile_likelihood as shown
 from fitting.report.characterisation import estimate_text, interval_text
-from fitting.report.general.open_constants import grouped_warnings
+from fitting.report.open_constants import grouped_warnings
 
 SIDES = {50: (1.0, 1.5), 68: (1.0, 1.5), 90: (1.0, 2.0)}
 """Factors on the rise at both ends, as of an instrument's zero that draws a constant to one side."""

@@ -2,7 +2,7 @@
 
 from types import SimpleNamespace
 
-from fitting.report.general.open_constants import first_sentence, open_sentences
+from fitting.report.open_constants import first_sentence, open_sentences
 from fitting.report.spring import text as spring_text
 
 MEMORY = ("gR_amplitude", "gR_slope", "gR_shift")

@@ -10,11 +10,11 @@ from pneusma_jax.units import constant_from_si
 from .. import characterisation
 from ..cautions import model_of, table_of
 from ..cells import number
+from ..open_constants import open_sentences
 from ..report import Points, Report, Section
 from ..table import Table
 from . import text
 from .figures import pictures
-from .open_constants import open_sentences
 from .payload import content, most_rows
 
 SCORES = (

@@ -31,8 +31,8 @@ from ..instrument_zeros import (
     lasting_zeros,
     possible_zeros,
 )
+from ..open_constants import first_sentence, grouped_warnings
 from . import wires
-from .open_constants import first_sentence, grouped_warnings
 
 
 def verdict(result: GeneralCharacterisation) -> list[str]:

@@ -7,7 +7,7 @@ from pneusma_jax.units import from_si
 from .. import characterisation
 from ..cautions import table_of
 from ..cells import number
-from ..general.open_constants import open_sentences
+from ..open_constants import open_sentences
 from ..report import Points, Report, Section
 from ..table import Table
 from . import text

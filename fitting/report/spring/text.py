@@ -20,8 +20,8 @@ from pneusma_jax.errors import counted
 
 from .. import profile_likelihood
 from ..characterisation import another_cause, ask, doubtful, fitted_only, limits
-from ..general.open_constants import first_sentence, grouped_warnings
 from ..instrument_zeros import how_errors_grew, large_drifts, lasting_sentence, lasting_zeros, possible_zeros
+from ..open_constants import first_sentence, grouped_warnings
 
 OPEN_MIXING_RULE = (
     " If the alloy is no nitinol, its phases' resistances may mix by another rule: --base new_sma opens it."
