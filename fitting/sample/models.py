@@ -53,7 +53,8 @@ def model_problem(
     data = jax.tree.map(lambda leaf: np.asarray(leaf)[used], everything)  # of no others: each costs its time
     terms = [one for one in _alike(model) if exchangeable(parameters, one)]
     orders = [keeps_order(parameters, [term[0] for term in one]) for one in terms]
-    target = Target.from_residual(residual_of(model), parameters, data, orders=orders)
+    searched = model.specimen.latent.inside  # for each point by itself
+    target = Target.from_residual(residual_of(model), parameters, data, orders=orders, in_turn=searched)
     told = notices_of_reading(recording.whole for recording in recordings)
     how = f"{NOISE}, larger where it is serially correlated."
     shown = [

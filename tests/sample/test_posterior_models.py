@@ -1,5 +1,7 @@
 """Recordings that `fitting.specimens` predicts: one problem for any kind, whatever its model is."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -9,7 +11,8 @@ from fitting.inference.parameters import Parameter, Parameters, Prior
 from fitting.sample import command
 from fitting.sample.campaign import sample_problem
 from fitting.sample.models import model_problem
-from fitting.specimens import FITTED, SPECIMENS, Specimen
+from fitting.sample.target import LogDensity
+from fitting.specimens import FITTED, SPECIMENS, Specimen, specimen_of
 from fitting.specimens.rows import Rows, numbers
 from fitting.specimens.saved_models import AugmentedModel, save_model
 from pneusma_jax.errors import InputError
@@ -105,6 +108,16 @@ def test_validation_is_predicted_and_not_fitted(problem):
     (fitted,), both = problem.target.data.measured["length"], problem.data.measured["length"]  # of no other: it costs time
     assert np.array_equal(fitted, both[0]) and not np.array_equal(fitted, both[1])
     assert problem.target.data.weight["length"].sum() > 0.0
+
+
+def test_points_are_evaluated_in_turn_where_each_has_a_search_and_give_the_same(campaign, problem, monkeypatch):
+    monkeypatch.setattr(Stretched, "latent", SimpleNamespace(inside=True))
+    rows, parameters = (getattr(SPECIMENS["tube"], name)(campaign) for name in ("rows_for", "parameters_for"))
+    searched = model_problem(campaign.title, campaign.recordings, rows, parameters)
+    assert searched.target.in_turn and not problem.target.in_turn and specimen_of("spring").latent.inside
+    points = np.linspace(0.2e-6, 0.3e-6, 5)[:, None]
+    found = [LogDensity(one.target, 3)(points) for one in (searched, problem)]
+    np.testing.assert_allclose(*found, rtol=1e-12)
 
 
 def test_the_command_samples_it_too(campaign, tmp_path, capsys):
