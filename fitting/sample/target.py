@@ -47,8 +47,8 @@ class Target(eqx.Module):
         layout: conversion of coordinates to values.
         prior_names: parameters with a prior, free or tied.
         in_turn: true if the points of a block are evaluated one after another. That is worth it where a
-            residual holds a search: side by side all points wait for the longest one. Springs with an open
-            alloy take 0.52 ms a point for 0.87.
+            residual holds a search: side by side all points wait for the longest one. Walkers of an
+            open alloy take 0.73 ms a point for 2.5.
     """
 
     likelihood: KnownNoise | UnknownNoise | GivenLikelihood
