@@ -4,8 +4,7 @@ The choice counts evaluations instead of seconds, so that the same data and seed
 machine.
 
 First emcee runs. The pilot estimates its autocorrelation time, and so the evaluations until the chains are
-long enough. A short chain underestimates that time. So the pilot ends early where it is too long already. If
-those evaluations are few, emcee continues from the pilot. Otherwise the gradient is tested along segments
+long enough. If those are few, emcee continues from the pilot. Otherwise the gradient is tested along segments
 through the pilot's points: Simpson's rule over the slope must give the change of the log-density. If it does,
 chains that follow gradients take over. If not, the posterior has kinks or steps, and emcee stays.
 """
@@ -31,12 +30,10 @@ from .target import LogDensity, Target
 from .unbounded import WhitenedMaps
 
 STEPS = 200
-"""Maximum number of steps of the pilot. Autocorrelation times above some 20 steps are then underestimated,
-which favours emcee."""
-FEWEST = 100
-"""Minimum number of steps of the pilot. The half that is judged then has left the starting points."""
+"""Number of steps of the pilot. Autocorrelation times above some 20 steps are then underestimated, which
+favours emcee."""
 SAID = 20
-"""Number of steps of the pilot between two words on its progress, and between two looks at its chains."""
+"""Number of steps of the pilot between two words on its progress."""
 GRADIENTS = 8
 """Number of gradients of one draw (measured in whitened coordinates: 3 to 7 in 1 to 5 dimensions)."""
 DRAWS = 600
@@ -91,13 +88,13 @@ def pilot(
     tell("starting points")
     ensembles.begin(found)
     steps = min(STEPS, settings.max_steps)
-    nuts = COST * GRADIENTS * settings.ensembles * (settings.warm_up + DRAWS)
     for done in range(0, steps, SAID):
-        tell(f"a pilot of emcee, {done} of at most {counted(steps, 'step')}")
+        tell(f"a pilot of emcee, {done} of {counted(steps, 'step')}")
         ensembles.advance(min(SAID, steps - done))
-        emcee = _evaluations_expected(ensembles, settings)
-        if done + SAID >= FEWEST and emcee >= GAIN * nuts:  # a longer pilot would expect yet more
-            break
+    tau = float(np.max(assess(ensembles.judged).tau))
+    lengths = (LENGTHS + BURN_LENGTHS) * (tau if np.isfinite(tau) else STEPS)
+    emcee = lengths * settings.walkers * settings.ensembles
+    nuts = COST * GRADIENTS * settings.ensembles * (settings.warm_up + DRAWS)
     if emcee < GAIN * nuts:
         why = f"emcee: a pilot expects it to converge after some {number(emcee, '.1g')} evaluations."
         return Choice(own, why, ensembles)
@@ -114,13 +111,6 @@ def pilot(
         f"against the worth of {nuts:.1g} with gradients."
     )
     return Choice(replace(settings, sampler="nuts"), why, None)
-
-
-def _evaluations_expected(ensembles: Ensembles, settings: Settings) -> float:
-    """Evaluations until the chains are long enough, by the autocorrelation time so far."""
-    tau = float(np.max(assess(ensembles.judged).tau))
-    lengths = (LENGTHS + BURN_LENGTHS) * (tau if np.isfinite(tau) else STEPS)
-    return lengths * settings.walkers * settings.ensembles
 
 
 def _smooth_segments(

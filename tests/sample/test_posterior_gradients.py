@@ -177,5 +177,4 @@ def test_a_pilot_chooses_gradients_in_a_valley_and_tells_what_it_does():
     words: list[str] = []
     parameters = Parameters(*[Parameter(f"p{i}", 0.1) for i in range(10)])
     assert chosen(valley, parameters, words.append)[0] == "nuts"
-    assert words[1:3] == [f"a pilot of emcee, {k} of at most 200 steps" for k in (0, 20)] and "slopes" in words[-1]
-    assert 5 <= sum("a pilot" in word for word in words) < 10  # it ends once it knows
+    assert words[1:3] == [f"a pilot of emcee, {k} of 200 steps" for k in (0, 20)] and "slopes" in words[-1]
