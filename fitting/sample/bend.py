@@ -19,6 +19,7 @@ from jaxtyping import Array, Bool, Float, Int
 
 from .chart import Chart
 from .laplace import Laplace
+from .plateaus import Plateaus
 
 LONGEST = 5.0
 """Coordinate up to which a bend grows, in standard deviations. Up to half of it the growth is quadratic to
@@ -71,6 +72,7 @@ class BentChart(Chart):
         centre: centre of the whitened coordinates in the chart, shape (n,).
         root: root of their covariance there, regular, shape (n, n).
         bend: the bend of the valley, shape (n, n, n).
+        plateaus: as of `Chart`.
     """
 
     def __init__(
@@ -79,8 +81,9 @@ class BentChart(Chart):
         centre: Float[np.ndarray, " n"],
         root: Float[np.ndarray, "n n"],
         bend: Float[np.ndarray, "n n n"],
+        plateaus: Plateaus | None = None,
     ):
-        super().__init__(sign)
+        super().__init__(sign, plateaus)
         self.centre, self.root, self.bend = (np.asarray(part, float) for part in (centre, root, bend))
 
     def to_chart(self, vector: Float[np.ndarray, "... n"]) -> Float[np.ndarray, "... n"]:

@@ -113,9 +113,11 @@ class Ensembles(Chains):
     def judged(self) -> list[Float[np.ndarray, "steps walkers n"]]:
         """Coordinates of all walkers so far, ensemble by ensemble, for judging their convergence.
 
-        They are those of the chart. From a bent chart they are taken back to the target's coordinates.
+        They are those of the chart. From a chart that mixes constants they are taken back to the target's
+        coordinates.
         """
-        return list(self.coordinates) if isinstance(self.chart, BentChart) else self._in_chart
+        mixed = isinstance(self.chart, BentChart) or self.chart.plateaus is not None
+        return list(self.coordinates) if mixed else self._in_chart
 
     @property
     def _in_chart(self) -> list[Float[np.ndarray, "steps walkers n"]]:
@@ -153,7 +155,12 @@ class Ensembles(Chains):
         if self._log_evidence:
             return {"log_evidence": [float(value) for value in self._log_evidence]}
         share = 0.0 if self._proposals is None else self._proposals.share
-        return {"share_drawn_about_the_fit": share, "straightened": isinstance(self.chart, BentChart)}
+        plateaus = self.chart.plateaus
+        return {
+            "share_drawn_about_the_fit": share,
+            "straightened": isinstance(self.chart, BentChart),
+            "law_by_its_ends": None if plateaus is None else [0.0, plateaus.end],
+        }
 
     @property
     def acceptance(self) -> list[float]:

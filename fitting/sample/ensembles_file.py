@@ -15,6 +15,7 @@ from . import checkpoint
 from .bend import BentChart
 from .chart import Chart
 from .independent import Proposals
+from .plateaus import store_plateaus, stored_plateaus
 
 SIGN = "logarithm"
 """Attribute with `Chart.sign`, which says what parameters move by their logarithm."""
@@ -47,6 +48,7 @@ def fill(file: h5py.File, contents: Contents) -> None:
     chart = contents.chart
     file.attrs[SIGN] = chart.sign.tolist()
     file.attrs["log_evidence"] = contents.log_evidence
+    store_plateaus(file, chart.plateaus)
     if isinstance(chart, BentChart):
         group = file.create_group(BENT)
         for name in ("centre", "root", "bend"):
@@ -66,9 +68,11 @@ def contents_of(path: Path, ensembles: int) -> Contents:
         InputError: if the file was damaged or holds no chains.
     """
     with checkpoint.opened(path) as file:
-        sign = np.asarray(file.attrs[SIGN], int)
+        sign, plateaus = np.asarray(file.attrs[SIGN], int), stored_plateaus(file)
         return Contents(
-            chart=BentChart(sign, **_arrays(file[BENT])) if BENT in file else Chart(sign),
+            chart=BentChart(sign, plateaus=plateaus, **_arrays(file[BENT]))
+            if BENT in file
+            else Chart(sign, plateaus),
             proposals=Proposals(**_arrays(file[PROPOSALS])) if PROPOSALS in file else None,
             log_evidence=[float(value) for value in file.attrs.get("log_evidence", [])],
             backends=[_ensemble(path, _name(k)) for k in range(ensembles)],

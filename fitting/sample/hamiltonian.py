@@ -29,6 +29,7 @@ from .chains import Chains
 from .chart import PROBES, choose_chart
 from .gradients import differentiation, with_gradient
 from .laplace import Laplace, start_spread
+from .plateaus import store_plateaus, stored_plateaus
 from .settings import Settings
 from .starts import CLOSER, TRIES, no_start
 from .target import LogDensity, Target
@@ -221,8 +222,10 @@ class HamiltonianChains(Chains):
         )
 
         def fill(file: h5py.File) -> None:
-            for name, value in zip(self._maps.__dataclass_fields__, jax.tree.leaves(self._maps), strict=True):
-                file.create_dataset(f"maps/{name}", data=np.asarray(value))
+            store_plateaus(file, self._maps.plateaus)
+            for name, value in vars(self._maps).items():
+                if name != "plateaus":
+                    file.create_dataset(f"maps/{name}", data=np.asarray(value))
             for k, chain in enumerate(self._chains, start=1):
                 group = file.create_group(f"chain_{k}")
                 group.attrs["warm_up"] = chain.warm_up
@@ -241,7 +244,8 @@ class HamiltonianChains(Chains):
         with checkpoint.opened(self.file) as file:
             maps = {name: jnp.asarray(part[()]) for name, part in file["maps"].items()}
             size = self.target.dimension
-            self._maps = WhitenedMaps(**{"bend": jnp.zeros((size, size, size)), **maps})  # older files: none
+            bend = maps.pop("bend", jnp.zeros((size, size, size)))  # older files: none
+            self._maps = WhitenedMaps(**maps, bend=bend, plateaus=stored_plateaus(file))
             self._chains = [_read(file[f"chain_{k}"]) for k in range(1, self.settings.ensembles + 1)]
         leaves, programs = self._programs()
         for chain in self._chains:

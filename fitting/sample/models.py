@@ -1,6 +1,7 @@
 """The posterior of recordings that `fitting.specimens` can predict: springs, wires, tubes, actuators."""
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 
 import jax
 import jax.numpy as jnp
@@ -55,6 +56,7 @@ def model_problem(
     orders = [keeps_order(parameters, [term[0] for term in one]) for one in terms]
     searched = model.specimen.latent.inside  # for each point by itself
     target = Target.from_residual(residual_of(model), parameters, data, orders=orders, in_turn=searched)
+    target = replace(target, sigmoid_law=model.specimen.sigmoid_law)
     told = notices_of_reading(recording.whole for recording in recordings)
     how = f"{NOISE}, larger where it is serially correlated."
     shown = [

@@ -23,6 +23,7 @@ import numpy as np
 from jaxtyping import Array, Float, PyTree
 
 from fitting.inference.parameters import Layout, Parameters
+from fitting.specimens.specimen import SigmoidLaw
 from pneusma_jax.errors import InputError
 from pneusma_jax.numerics.rows import joined, lots
 from pneusma_jax.numerics.safe import as_array
@@ -49,6 +50,7 @@ class Target(eqx.Module):
         in_turn: true if the points of a block are evaluated one after another. That is worth it where a
             residual holds a search: side by side all points wait for the longest one. Walkers of an
             open alloy take 0.73 ms a point for 2.5.
+        sigmoid_law: law whose constants chains move by the law's ends, see `plateaus`; None for none.
     """
 
     likelihood: KnownNoise | UnknownNoise | GivenLikelihood
@@ -61,6 +63,7 @@ class Target(eqx.Module):
     layout: Layout = eqx.field(static=True)
     prior_names: tuple[str, ...] = eqx.field(static=True)
     in_turn: bool = eqx.field(static=True, default=False)
+    sigmoid_law: SigmoidLaw | None = eqx.field(static=True, default=None)
 
     @classmethod
     def from_residual(

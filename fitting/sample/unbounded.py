@@ -2,7 +2,7 @@
 
 A sampler moves z. From it the coordinates u of a target follow in three maps:
 
-    z -> y = centre + root bent(z) -> w = y, folded at the bounds -> u = w, or +-exp(w)
+    z -> y = centre + root bent(z) -> w = y, folded at the bounds -> u = w, or +-exp(w), or a law from its ends
 
 A curved valley is straight in z (`bend`). The root of the approximation's covariance gives z about unit
 variance in every direction. The last map is the chart of `chart`, in which the posterior is closest to a
@@ -32,6 +32,7 @@ from .bend import BentChart, Rows, bend_of, bent, order_of, unbent
 from .chart import Chart
 from .laplace import Laplace, start_spread
 from .likelihood import UnknownNoise
+from .plateaus import Plateaus
 from .target import Target
 
 BLOCK = 64
@@ -48,6 +49,7 @@ class WhitenedMaps(eqx.Module):
         centre: centre of y, shape (n,).
         root: root of y's covariance, shape (n, n).
         bend: the bend of the density's valley, shape (n, n, n); see `fitting.sample.bend`.
+        plateaus: law whose constants move by its ends; None for none. These two have no mirrors.
     """
 
     sign: Float[Array, " n"]
@@ -56,6 +58,7 @@ class WhitenedMaps(eqx.Module):
     centre: Float[Array, " n"]
     root: Float[Array, "n n"]
     bend: Float[Array, "n n n"]
+    plateaus: Plateaus | None = eqx.field(static=True, default=None)
 
     @classmethod
     def around(cls, target: Target, approximation: Laplace, chart: Chart, seed: int = 0) -> "WhitenedMaps":
@@ -69,11 +72,14 @@ class WhitenedMaps(eqx.Module):
         """
         ends = np.stack([np.asarray(target.lower), np.asarray(target.upper)])
         lower, upper = np.sort(_log_ends(chart, ends), axis=0)
+        if chart.plateaus is not None:
+            lower[[chart.plateaus.mean, chart.plateaus.span]] = -np.inf
+            upper[[chart.plateaus.mean, chart.plateaus.span]] = np.inf
         centre = np.clip(chart.to_chart(approximation.mode), lower, upper)
         root = chart.scaled_root(approximation, start_spread(target, approximation))
         size = target.dimension
         straight = (chart.sign, lower, upper, centre, root, np.zeros((size, size, size)))
-        maps = cls(*(as_array(np.asarray(part, float)) for part in straight))
+        maps = cls(*(as_array(np.asarray(part, float)) for part in straight), plateaus=chart.plateaus)
         if target.likelihood.residual is None:
             return maps
         order = order_of(_rows_of(maps, target), approximation.known)
@@ -83,7 +89,7 @@ class WhitenedMaps(eqx.Module):
 
     def whitened(self, u: Float[np.ndarray, " n"]) -> Float[np.ndarray, " n"]:
         """Coordinates z of a point of the target within its bounds."""
-        w = Chart(np.asarray(self.sign)).to_chart(np.asarray(u))
+        w = Chart(np.asarray(self.sign), self.plateaus).to_chart(np.asarray(u))
         straight = np.linalg.lstsq(np.asarray(self.root), w - np.asarray(self.centre))[0]
         return unbent(straight[None], np.asarray(self.bend))[0]
 
@@ -92,16 +98,23 @@ class WhitenedMaps(eqx.Module):
         """Coordinates for walkers, which need no mirrors: z where a valley is bent, else w."""
         sign, centre, root, bend = map(np.asarray, (self.sign, self.centre, self.root, self.bend))
         regular = np.linalg.matrix_rank(root / np.linalg.norm(root, axis=1, keepdims=True)) == len(root)
-        return BentChart(sign, centre, root, bend) if regular and np.any(bend) else Chart(sign)
+        if regular and np.any(bend):
+            return BentChart(sign, centre, root, bend, self.plateaus)
+        return Chart(sign, self.plateaus)
 
     def coordinates(self, z: Float[Array, " n"]) -> Float[Array, " n"]:
         """Coordinates u of the target."""
         bent, w = self.sign != 0.0, self._folded(z)
-        return jnp.where(bent, self.sign * jnp.exp(jnp.where(bent, w, 0.0)), w)
+        u = jnp.where(bent, self.sign * jnp.exp(jnp.where(bent, w, 0.0)), w)
+        return u if self.plateaus is None else self.plateaus.plain(u)
 
     def log_density(self, target: Target, z: Float[Array, " n"]) -> Float[Array, ""]:
         """Log-density of z up to a constant; -inf where the model has no answer."""
-        nearest = jnp.clip(self.coordinates(z), target.lower, target.upper)  # rounding of the logarithm
+        u = self.coordinates(z)
+        nearest = jnp.clip(u, target.lower, target.upper)  # rounding of the logarithm
+        if self.plateaus is not None:  # no mirrors: beyond the bounds the density is none
+            moved = np.isin(np.arange(target.dimension), (self.plateaus.mean, self.plateaus.span))
+            nearest = jnp.where(moved, u, nearest)
         density = target.log_probability(nearest) + self.log_jacobian(z)
         return jnp.where(jnp.isfinite(density), density, -jnp.inf)
 

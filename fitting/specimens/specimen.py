@@ -22,7 +22,7 @@ The base model is `effects=()`.
 import abc
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import jax.numpy as jnp
 import numpy as np
@@ -72,6 +72,16 @@ class RowOptions:
     fewest: int = FEWEST
     smooth: bool = True
     compared: bool = True
+
+
+class SigmoidLaw(NamedTuple):
+    """Names of the constants of a law `mean + span / 2 s(slope x + offset)`, s the algebraic sigmoid."""
+
+    mean: str
+    span: str
+    slope: str
+    offset: str
+    sharpness: str
 
 
 Courses = Mapping[str, np.ndarray]
@@ -196,6 +206,8 @@ class Specimen(Model):
         differenced: true if `answer` has derivatives by finite differences in a diagnosis. Its program then
             has no tangents, and is the same whichever constants are free.
         compiler_options: XLA options of a diagnosis's compiled program.
+        sigmoid_law: law between two plateaus whose constants a posterior samples by the law's ends; None for
+            none.
     """
 
     recording: Kind
@@ -221,6 +233,7 @@ class Specimen(Model):
     each_alone: bool = False
     differenced: bool = False
     compiler_options: Mapping[str, bool | int] | None = None
+    sigmoid_law: SigmoidLaw | None = None
 
     def __repr__(self) -> str:
         """Name by which traced programs are stored. A kind from outside this package has no lasting one: a

@@ -38,7 +38,7 @@ from . import priors, spring_rows, spring_trajectory
 from .latent import Drivers, LatentStates
 from .registry import register
 from .rows import Rows, numbers, stack, with_extra
-from .specimen import FITTED, OF_HISTORIES, RowOptions, Specimen
+from .specimen import FITTED, OF_HISTORIES, RowOptions, SigmoidLaw, Specimen
 from .spring_by_temperature import BY_TEMPERATURE, without_resistance
 from .spring_course import best_course, lasting_precision
 from .spring_rows import ALLOY, FIXED, HELD_LENGTH_RANGE, OUTPUTS, dimension_numbers, spring_of
@@ -313,6 +313,7 @@ class SpringOnStand(Specimen):
     )  # fmt: skip
     compiler_options = OF_HISTORIES
     differenced = True
+    sigmoid_law = SigmoidLaw("rho_mean", "rho_span", "km_1", "km_2", "km_3")
     latent = SpringPhase()
 
     def drivers(self, recording: Recording) -> tuple[str, ...]:
