@@ -7,6 +7,8 @@ import emcee
 import numpy as np
 from jaxtyping import Float
 
+from fitting.inference.parallel import run_parallel
+
 from . import checkpoint
 from .bend import BentChart
 from .chains import Chains
@@ -38,6 +40,7 @@ class Ensembles(Chains):
         self._backends: list[emcee.backends.Backend] = []
         self._samplers: list[emcee.EnsembleSampler] = []
         self._states: list[emcee.State] = []
+        self._evaluators: list[LogDensity] = []
         self._log_evidence: list[float] = []
 
     def begin(self, found: Laplace) -> None:
@@ -96,13 +99,15 @@ class Ensembles(Chains):
 
     def _add(self, backend: emcee.backends.Backend, state: emcee.State) -> None:
         """Add an ensemble that goes on from a state, its chains in a backend."""
+        evaluator = _evaluator(self.target, self.settings)  # counts for itself: ensembles run side by side
         sampler = emcee.EnsembleSampler(
-            self.settings.walkers, self.target.dimension, self.chart.density(self.evaluator),
+            self.settings.walkers, self.target.dimension, self.chart.density(evaluator),
             vectorize=True, moves=moves(self._proposals), backend=backend,
         )  # fmt: skip
         self._backends.append(backend)
         self._samplers.append(sampler)
         self._states.append(state)
+        self._evaluators.append(evaluator)
 
     @property
     def steps(self) -> int:
@@ -142,12 +147,12 @@ class Ensembles(Chains):
     @property
     def evaluations(self) -> int:
         """Number of evaluations of the model."""
-        return self.evaluator.evaluations
+        return self.evaluator.evaluations + sum(one.evaluations for one in self._evaluators)
 
     @property
     def failures(self) -> int:
         """Number of points inside the bounds without a finite answer of the model."""
-        return self.evaluator.failures
+        return self.evaluator.failures + sum(one.failures for one in self._evaluators)
 
     @property
     def diagnostics(self) -> dict[str, Any]:
@@ -168,11 +173,15 @@ class Ensembles(Chains):
         return [float(np.mean(each.accepted) / max(each.iteration, 1)) for each in self._backends]
 
     def advance(self, steps: int) -> None:
-        """Advance every ensemble by some steps, then store the chains."""
-        for k, sampler in enumerate(self._samplers):
+        """Advance every ensemble by some steps, each on a thread, then store the chains."""
+
+        def one(k: int) -> None:
+            sampler = self._samplers[k]
             for state in sampler.sample(self._states[k], iterations=steps, skip_initial_state_check=True):
                 self._states[k] = state
             self._backends[k].random_state = sampler.random_state
+
+        run_parallel(one, range(len(self._samplers)))
         self.store_in(self.file)
 
     def store_in(self, file: Path | None) -> None:
