@@ -155,14 +155,18 @@ class Ensembles(Chains):
         return self.evaluator.failures + sum(one.failures for one in self._evaluators)
 
     @property
+    def share_about_the_fit(self) -> float:
+        """Share of steps that are draws about the fit."""
+        return 0.0 if self._proposals is None else self._proposals.share
+
+    @property
     def diagnostics(self) -> dict[str, Any]:
         """Evidence, for chains that started from the prior; else how walkers moved."""
         if self._log_evidence:
             return {"log_evidence": [float(value) for value in self._log_evidence]}
-        share = 0.0 if self._proposals is None else self._proposals.share
         plateaus = self.chart.plateaus
         return {
-            "share_drawn_about_the_fit": share,
+            "share_drawn_about_the_fit": self.share_about_the_fit,
             "straightened": isinstance(self.chart, BentChart),
             "law_by_its_ends": None if plateaus is None else [0.0, plateaus.end],
         }

@@ -4,9 +4,14 @@ The choice counts evaluations instead of seconds, so that the same data and seed
 machine.
 
 First emcee runs. The pilot estimates its autocorrelation time, and so the evaluations until the chains are
-long enough. If those are few, emcee continues from the pilot. Otherwise the gradient is tested along segments
-through the pilot's points: Simpson's rule over the slope must give the change of the log-density. If it does,
-chains that follow gradients take over. If not, the posterior has kinks or steps, and emcee stays.
+long enough. If those are few, emcee continues from the pilot. It also continues where draws about the fit
+are a share of its steps: they are independent at one evaluation each. With them, an open alloy (22
+constants) had 6,351 effective samples after 7 minutes of one core. Gradients had 172 after 12 minutes, 69
+of them a draw.
+
+Otherwise the gradient is tested along segments through the pilot's points: Simpson's rule over the slope
+must give the change of the log-density. If it does, chains that follow gradients take over. If not, the
+posterior has kinks or steps, and emcee stays.
 """
 
 from collections.abc import Callable
@@ -97,6 +102,12 @@ def pilot(
     nuts = COST * GRADIENTS * settings.ensembles * (settings.warm_up + DRAWS)
     if emcee < GAIN * nuts:
         why = f"emcee: a pilot expects it to converge after some {number(emcee, '.1g')} evaluations."
+        return Choice(own, why, ensembles)
+    if ensembles.share_about_the_fit > 0:
+        why = (
+            "emcee: draws about the fit are accepted, so that its walkers need not follow the posterior "
+            "step by step, as chains that follow gradients do."
+        )
         return Choice(own, why, ensembles)
     tell("slopes of the log-density, for chains that would follow them")
     smooth = _smooth_segments(target, found, ensembles.coordinates[:, -1].reshape(-1, target.dimension), own)

@@ -1,12 +1,13 @@
 """Coordinates in which a law between two plateaus is told by its ends.
 
-A law `mean + span / 2 s(slope x + offset)`, s a sigmoid from -1 to 1, has its plateaus outside the data. Recordings
-tell its values where x was. The mean, the span and the sigmoid's three constants then trade along a curved
-valley: of one open alloy, the martensite's resistivity at rest is known to 0.0004 ohm/m, and its mean to 0.6.
+A law `mean + span / 2 s(slope x + offset)`, s a sigmoid from -1 to 1, has its plateaus outside the data.
+Recordings tell its values where x was. The mean, the span and the sigmoid's three constants then trade
+along a curved valley. Of one open alloy, the martensite's resistivity at rest is known to 0.0004 ohm/m, its
+mean to 0.6.
 
-Walkers therefore move the law at x = 0 in place of the mean. In place of the logarithm of the span they move the
-logarithm of the law's change between two ends. Given the sigmoid both are linear. So this change of coordinates
-keeps volumes, and the density needs no Jacobian.
+Walkers therefore move the law at x = 0 in place of the mean. In place of the logarithm of the span they
+move the logarithm of the law's change between two ends. Given the sigmoid both are linear. So this change
+of coordinates keeps volumes, and the density needs no Jacobian.
 """
 
 import json

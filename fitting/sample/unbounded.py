@@ -2,7 +2,7 @@
 
 A sampler moves z. From it the coordinates u of a target follow in three maps:
 
-    z -> y = centre + root bent(z) -> w = y, folded at the bounds -> u = w, or +-exp(w), or a law from its ends
+    z -> y = centre + root bent(z) -> w = y, folded at the bounds -> u = w, +-exp(w), or a law from its ends
 
 A curved valley is straight in z (`bend`). The root of the approximation's covariance gives z about unit
 variance in every direction. The last map is the chart of `chart`, in which the posterior is closest to a
