@@ -14,7 +14,7 @@ from .bend import BentChart
 from .chains import Chains
 from .chart import Chart, choose_chart
 from .ensembles_file import Contents, contents_of, fill
-from .independent import Proposals, proposals_about
+from .independent import FREEDOM, SPREAD_AFTER, Proposals, proposals_about, proposals_by_spread
 from .laplace import Laplace, start_spread
 from .settings import Settings, moves
 from .starts import dispersed_ball
@@ -167,6 +167,7 @@ class Ensembles(Chains):
         plateaus = self.chart.plateaus
         return {
             "share_drawn_about_the_fit": self.share_about_the_fit,
+            "drawn_by_their_spread": self._proposals is not None and self._proposals.freedom != FREEDOM,
             "straightened": isinstance(self.chart, BentChart),
             "law_by_its_ends": None if plateaus is None else [0.0, plateaus.end],
         }
@@ -177,7 +178,38 @@ class Ensembles(Chains):
         return [float(np.mean(each.accepted) / max(each.iteration, 1)) for each in self._backends]
 
     def advance(self, steps: int) -> None:
-        """Advance every ensemble by some steps, each on a thread, then store the chains."""
+        """Advance every ensemble by some steps, each on a thread, then store the chains.
+
+        After `SPREAD_AFTER` steps draws about the fit may give way to draws by the walkers' spread.
+        """
+        first = SPREAD_AFTER - self.steps
+        if self._proposals is not None and 0 < first <= steps:
+            self._sample(first)
+            self._propose_by_spread()
+            steps -= first
+        if steps:
+            self._sample(steps)
+        self.store_in(self.file)
+
+    def _propose_by_spread(self) -> None:
+        """Draw proposals by the spread of all walkers from now on, where they accept these more often."""
+        last = [(backend.chain[-1], backend.log_prob[-1]) for backend in self._backends]
+        size = self.target.dimension
+        points = np.stack([chain[self.steps // 2 :] for chain in self._in_chart]).reshape(-1, size)
+        walkers, log_densities = (np.concatenate(part) for part in zip(*last, strict=True))
+        density = self.chart.density(self.evaluator)
+        old, seed = self._proposals, self.settings.seed
+        self._proposals = proposals_by_spread(old, points, walkers, log_densities, density, seed)
+        if self._proposals is old:
+            return
+        self.evaluator.evaluations, self.evaluator.failures = self.evaluations, self.failures
+        backends = self._backends
+        self._backends, self._samplers, self._states, self._evaluators = [], [], [], []
+        for backend in backends:
+            self._add(backend, backend.get_last_sample())
+
+    def _sample(self, steps: int) -> None:
+        """Advance every ensemble by some steps, each on a thread."""
 
         def one(k: int) -> None:
             sampler = self._samplers[k]
@@ -186,7 +218,6 @@ class Ensembles(Chains):
             self._backends[k].random_state = sampler.random_state
 
         run_parallel(one, range(len(self._samplers)))
-        self.store_in(self.file)
 
     def store_in(self, file: Path | None) -> None:
         """Store the chains now, and whenever they have advanced; None keeps them in memory only."""
