@@ -157,7 +157,7 @@ class Ensembles(Chains):
     @property
     def share_about_the_fit(self) -> float:
         """Share of steps that are draws about the fit."""
-        return 0.0 if self._proposals is None else self._proposals.share
+        return 0.0 if self._proposals is None else float(self._proposals.share)
 
     @property
     def diagnostics(self) -> dict[str, Any]:
@@ -167,7 +167,7 @@ class Ensembles(Chains):
         plateaus = self.chart.plateaus
         return {
             "share_drawn_about_the_fit": self.share_about_the_fit,
-            "drawn_by_their_spread": self._proposals is not None and self._proposals.freedom != FREEDOM,
+            "drawn_by_their_spread": self._proposals is not None and bool(self._proposals.freedom != FREEDOM),
             "straightened": isinstance(self.chart, BentChart),
             "law_by_its_ends": None if plateaus is None else [0.0, plateaus.end],
         }

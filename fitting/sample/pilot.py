@@ -109,8 +109,8 @@ def pilot(
         return Choice(own, why, ensembles)
     if ensembles.share_about_the_fit > 0:
         why = (
-            "emcee: draws about the fit are accepted, so that its walkers need not follow the posterior "
-            "step by step, as chains that follow gradients do."
+            "emcee: in a pilot draws about the fit are accepted, so that its walkers need not follow the "
+            "posterior step by step, as chains that follow gradients do."
         )
         return Choice(own, why, ensembles)
     tell("slopes of the log-density, for chains that would follow them")
