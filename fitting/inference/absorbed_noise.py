@@ -12,7 +12,7 @@ import numpy as np
 
 from pneusma_jax.late import Late
 
-from .noise import lag_one, windowed_correlation
+from .serial_correlation import lag_one, windowed_correlation
 
 optimize = Late("scipy.optimize")
 
@@ -64,7 +64,7 @@ def with_absorbed(series: Sequence[np.ndarray], directions: Sequence[np.ndarray]
     if departure(0.0) < 0.0:
         memory = MOST if departure(MOST) < 0.0 else float(optimize.brentq(departure, 0.0, MOST, xtol=1e-3))
     before, after = sums(memory)
-    square, whole = (before / np.maximum(after, np.finfo(float).tiny))[[0, 2]]
+    square, whole = (before / np.maximum(after, before * np.finfo(float).eps))[[0, 2]]
     return Absorbed(max(float(square), 1.0), float(np.clip(time * whole / square, 1.0, most)))
 
 

@@ -16,8 +16,9 @@ from pneusma_jax.units import from_si
 from .between_readings import OriginalReadings, readings_at, readings_between
 from .driven import measured, predicted
 from .full_scale import LONG, saturated
-from .noise import CHANCE, clearly_smaller, robust_noise, rounding_noise, variance_before_rounding
+from .noise import clearly_smaller, robust_noise, rounding_noise, variance_before_rounding
 from .repeated_readings import copied, everywhere, regular, slower
+from .serial_correlation import CHANCE
 
 UNEVEN = 0.5
 """Maximum deviation, in usual steps, of a clock from an even one that was written with few digits."""

@@ -3,7 +3,8 @@ import pytest
 
 from fitting.data.recordings import Recording
 from fitting.inference.channels import channel_weight, correlation_by_lags
-from fitting.inference.noise import autocorrelation, correlation_time, inflation_of, lag_one, robust_noise
+from fitting.inference.noise import robust_noise
+from fitting.inference.serial_correlation import autocorrelation, correlation_time, inflation_of, lag_one
 
 
 def first_order(count, memory, seed):

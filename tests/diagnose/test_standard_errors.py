@@ -12,7 +12,7 @@ from fitting.diagnose.search.explain import explain
 from fitting.diagnose.settings import DEFAULT
 from fitting.diagnose.verdict.conclude import conclude
 from fitting.diagnose.verdict.discrepancy_evidence import best_discrepancy
-from fitting.inference.noise import correlation_time, swing_time
+from fitting.inference.serial_correlation import correlation_time, swing_time
 from fitting.report.diagnosis.model import model_of
 from fitting.report.diagnosis.payload import content
 from fitting.report.diagnosis.tables import effect_table

@@ -6,7 +6,7 @@ from scipy.linalg import toeplitz
 from scipy.signal import lfilter
 
 from fitting.inference.absorbed_noise import Absorbed, _Sums, with_absorbed
-from fitting.inference.noise import correlation_time
+from fitting.inference.serial_correlation import correlation_time
 
 SIZES = (80, 80, 60)
 

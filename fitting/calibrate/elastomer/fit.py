@@ -10,8 +10,8 @@ from jaxtyping import Array
 
 from fitting.inference.absorbed_noise import with_absorbed
 from fitting.inference.least_squares import FitResult
-from fitting.inference.noise import lag_one
 from fitting.inference.parameters import Parameters
+from fitting.inference.serial_correlation import lag_one
 from fitting.specimens.rows import padded
 from pneusma_jax.program_cache import stored_jit
 from pneusma_jax.units import from_si

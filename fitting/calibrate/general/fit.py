@@ -13,8 +13,8 @@ from fitting.calibrate.soft_constraints import constrained_residual_of, constrai
 from fitting.data.recordings import Recording
 from fitting.inference.lasting_noise import Size
 from fitting.inference.least_squares import FitResult, Status, fit_least_squares
-from fitting.inference.noise import correlation_time, inflation_of
 from fitting.inference.parameters import Parameter, Parameters
+from fitting.inference.serial_correlation import correlation_time, inflation_of
 from fitting.specimens import Model, Rows, derivative_of, misfit_of, predictor_of, specimen_of, stack
 from fitting.specimens.correlated_noise import correlated, uncorrelated
 from pneusma_jax.numerics.safe import as_arrays

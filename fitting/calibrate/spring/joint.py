@@ -8,8 +8,8 @@ import numpy as np
 from fitting.calibrate.information import with_errors
 from fitting.calibrate.profile_likelihood import ALIKE
 from fitting.inference.least_squares import FitResult
-from fitting.inference.noise import correlation_time, inflation_of
 from fitting.inference.parameters import Parameters
+from fitting.inference.serial_correlation import correlation_time, inflation_of
 
 from .information import information
 from .misfit import force_misfit

@@ -25,8 +25,8 @@ from jaxtyping import PyTree
 from fitting.calibrate.soft_constraints import constrained_residual_of, constraint_table
 from fitting.inference.lasting_noise import Size
 from fitting.inference.least_squares import FitResult, Status, fit_least_squares
-from fitting.inference.noise import inflation_of
 from fitting.inference.parameters import Parameters
+from fitting.inference.serial_correlation import inflation_of
 from fitting.specimens import Rows, stack
 from fitting.specimens.correlated_noise import correlated_stack
 from fitting.specimens.process_noise import walks_of, with_process_noise, with_steady_walks, with_walks

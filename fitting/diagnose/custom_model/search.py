@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from fitting.inference.noise import correlation_time
+from fitting.inference.serial_correlation import correlation_time
 
 from ..settings import DEFAULT
 from .data import OwnRecording

@@ -16,7 +16,13 @@ wrong in other ways, which show in no misfit. So these errors may still be too s
 
 import numpy as np
 
-from fitting.inference.noise import CHANCE, OVERSTATED, correlation_time, overstated_sentence, swing_time
+from fitting.inference.serial_correlation import (
+    CHANCE,
+    OVERSTATED,
+    correlation_time,
+    overstated_sentence,
+    swing_time,
+)
 
 from ..evaluate.evaluation import Evaluation
 from ..evaluate.program import Program

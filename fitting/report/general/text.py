@@ -9,9 +9,9 @@ from fitting.calibrate.general.pipeline import GeneralCharacterisation
 from fitting.calibrate.general.scores import overall
 from fitting.inference.lasting_noise import Lasting
 from fitting.inference.least_squares.result import Status
-from fitting.inference.noise import OVERSTATED, overstated_sentence
 from fitting.inference.notes import joined
 from fitting.inference.numbers import number
+from fitting.inference.serial_correlation import OVERSTATED, overstated_sentence
 from fitting.specimens import BY_TEMPERATURE, WIRE, kind_of, specimen_of
 from fitting.specimens.actuator_phase import UNSETTLED, understated
 from fitting.specimens.saved_model_notes import notes_on

@@ -13,9 +13,9 @@ from fitting.calibrate.spring.problem import MISFIT, came_to_an_end
 from fitting.calibrate.spring.scores import Score, overall
 from fitting.calibrate.spring.stand_tests import SOFTER
 from fitting.inference.least_squares import FitResult
-from fitting.inference.noise import OVERSTATED, overstated_sentence
 from fitting.inference.notes import joined
 from fitting.inference.numbers import number
+from fitting.inference.serial_correlation import OVERSTATED, overstated_sentence
 from pneusma_jax.errors import counted
 
 from .. import profile_likelihood
