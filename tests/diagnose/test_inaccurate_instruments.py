@@ -12,6 +12,7 @@ from fitting.diagnose.evaluate.program import Program
 from fitting.diagnose.fit.base_fit import base_fit
 from fitting.diagnose.fit.candidates import CandidateFit
 from fitting.diagnose.fit.evidence import evidence, inflation_of
+from fitting.diagnose.fit.instrument_drift import cosines
 from fitting.diagnose.fit.misfit import accurate
 from fitting.diagnose.fit.refit import Refitter
 from fitting.diagnose.search.pool import without
@@ -24,6 +25,8 @@ from fitting.diagnose.verdict.instrument_accuracy import (
     _errors_of_inputs,
     _errors_of_output,
     beyond_accuracy,
+    excused,
+    nameless_beyond_accuracy,
     static_gains,
 )
 from fitting.diagnose.verdict.probabilities import like_accuracy
@@ -98,6 +101,29 @@ def test_one_effect_of_two_is_tentative_where_static_errors_explain_it():
         assert like_accuracy(explanation, one_out) is alike
 
 
+@pytest.mark.parametrize(("form", "enough"), [("pressure", False), ("reading", True), ("slow drift", True), ("none", True)])
+def test_instruments_excuse_what_they_could_do_and_nothing_else(form, enough):
+    """A misfit of four standard deviations, 0.4 % of the range, without a name."""
+    made = world()
+    reading, pressure = made.base @ np.array([2.0, -1.0]), made.drivers["pressure"]
+    t = np.linspace(0.0, 1.0, pressure.shape[1])
+    added = {
+        "pressure": np.sin(0.012 * pressure),
+        "reading": bent(reading),
+        "slow drift": np.cos(np.pi * t + np.arange(4.0)[:, None]),
+        "none": 0.0 * reading,
+    }[form]
+    program, base, _ = fits(made, 0.0, 4.0 * added)
+    assert accurate(program, base)
+    assert excused(program, base) is enough
+    assert (nameless_beyond_accuracy(program, base) > 3.0 * DEFAULT.evidence.minimum_settled) is not enough
+
+
+def test_nothing_is_excused_that_is_larger_than_instruments_err():
+    program, base, _ = fits(world(), 40.0)
+    assert not accurate(program, base) and not excused(program, base)
+
+
 def test_gains_are_those_of_the_whole_gaussian_model():
     """The closed form against marginal likelihoods of all values, constants and static errors integrated out."""
     program, base, _ = fits(world(bent), 3.0)
@@ -132,5 +158,10 @@ def test_errors_of_an_input_are_a_zero_of_each_recording_a_gain_and_a_bow(tmp_pa
     there = np.isfinite(channel.sigma)
     by = [1e3 * np.where(there, curve(strain + 0.006 * (strain / 0.3 - 1.0) ** k) - curve(strain), 0.0) for k in range(3)]
     assert second == pytest.approx(first)
+    (drifting,) = _errors_of_inputs(program, base, drifting=True)
+    assert drifting.shape == (2 * half, 2 * DEFAULT.score_test.slow_cosines)
+    held = 1e3 * np.where(there, curve(strain + 0.006 * cosines(there)[0]) - curve(strain), 0.0)
+    assert drifting[:half, 0] == pytest.approx(channel.whitened(held), rel=0.1, abs=0.5)
+    assert not drifting[half:, ::2].any()
     for column, change in zip((first, errors[:half, 2], errors[:half, 3]), by, strict=True):
         assert column == pytest.approx(channel.whitened(change), rel=0.1, abs=0.5)

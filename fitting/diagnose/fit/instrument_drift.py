@@ -5,7 +5,10 @@ process of each output of each recording: a few cosines, of a size within the no
 any fitted model is a closed form.
 """
 
+from collections.abc import Callable
+
 import numpy as np
+from jaxtyping import Bool, Float
 from scipy.linalg import block_diag
 from scipy.special import logsumexp
 
@@ -22,18 +25,25 @@ SCORE_TEST = DEFAULT.score_test
 DRIFT = DEFAULT.drift
 
 
-def drift_columns(program: Program, here: Evaluation) -> np.ndarray:
+def drift_columns(
+    program: Program, here: Evaluation, size_of: Callable[[str], float] | None = None
+) -> np.ndarray:
     """Sensitivities of the misfit to drift of every output, projected off latent trajectories.
 
+    Args:
+        program: program of the campaign.
+        here: evaluation of its model.
+        size_of: size of the drift by output, SI; None for the noise of each row.
+
     Returns:
-        In 1-sigmas of the noise, together as large as it, (values, cosines).
+        In 1-sigmas of the noise, (values, cosines). Together the cosines of a recording have this size.
     """
     followed, drift = program.followed(here), []
     for quantity in outputs_of(program):
         parts = []
         for k, channels in enumerate(program.channels):
             own = [
-                _cosines(c)
+                _cosines(c, None if size_of is None else size_of(quantity))
                 if c.quantity == quantity
                 else np.zeros((SCORE_TEST.slow_cosines, len(c.measured)))
                 for c in channels
@@ -50,14 +60,20 @@ def outputs_of(program: Program) -> list[str]:
     return [name for name in names if not program.follows(name)]
 
 
-def _cosines(channel: Channel) -> np.ndarray:
-    """Cosines of slow drift of a channel, whitened, (cosines, values); together as large as its noise."""
+def _cosines(channel: Channel, size: float | None) -> np.ndarray:
+    """Drift of a channel, whitened, (cosines, values); together of a size, None for that of its noise."""
     there = np.isfinite(channel.sigma)
+    sizes = np.where(there, channel.sigma if size is None else size, 0.0)
+    return channel.whitened(cosines(there) * sizes)
+
+
+def cosines(there: Bool[np.ndarray, " rows"]) -> Float[np.ndarray, "cosines rows"]:
+    """Cosines of slow drift over the rows that count, together of unit variance."""
     order = np.arange(SCORE_TEST.slow_cosines)[:, None]
     t = (np.cumsum(there) - 0.5) / max(there.sum(), 1)
     size = 1.0 / (1.0 + (DRIFT.lasting_part * np.pi * order) ** 2)
-    cosines = np.sqrt(size / size.sum()) * np.where(order > 0, np.sqrt(2.0), 1.0) * np.cos(np.pi * order * t)
-    return channel.whitened(np.where(there, cosines * np.where(there, channel.sigma, 0.0), 0.0))
+    found = np.sqrt(size / size.sum()) * np.where(order > 0, np.sqrt(2.0), 1.0) * np.cos(np.pi * order * t)
+    return np.where(there, found, 0.0)
 
 
 def drift_gain(program: Program, fit: Fit) -> tuple[float, float]:

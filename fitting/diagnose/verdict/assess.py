@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pneusma_jax.effects import CATALOGUE
 from pneusma_jax.pipeline import mimicked_in
 
-from ..fit.misfit import accurate, floor, limit_of, scored
+from ..fit.misfit import floor, limit_of, scored
 from ..fit.prediction import predictive_chi_square
 from ..search.decision import clear
 from ..search.steps import Explanation
@@ -13,6 +13,7 @@ from ..settings import DEFAULT
 from .discrepancy import Discrepancy, beside
 from .discrepancy_evidence import DiscrepancyEvidence, best_discrepancy
 from .held_out import Scores
+from .instrument_accuracy import excused
 from .left import left_of
 from .unexplained import (
     by_discrepancy,
@@ -107,7 +108,7 @@ def assess(explanation: Explanation, scores: Scores) -> Assessment:
     chance = explanation.p_value, explanation.p_is_bound
     discrepancy = best_discrepancy(program, explanation.base)
     contradiction = named or contradicted(explanation, base, discrepancy, floors)
-    mismatch = named or (contradiction and not accurate(program, explanation.base))
+    mismatch = named or (contradiction and not excused(program, explanation.base))
     further = best_discrepancy(program, explanation.final) if named else None
     signs = signs_of(explanation, discrepancy, further, base, last, floors) if named else None
     over = left_of(program, explanation.final, base=explanation.base) if named else None

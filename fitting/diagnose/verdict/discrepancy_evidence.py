@@ -5,7 +5,7 @@ output and fold, and the evidence is a closed form. Drift of every recording com
 drift explains is no physics.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cache, partial
 
@@ -54,7 +54,7 @@ class _Best:
         name: place and driver.
         bayes: log Bayes factor.
         rest: misfit that it leaves, (values,).
-        left_by_drift: misfit that drift alone leaves, (values,).
+        left_by_drift: misfit that errors of instruments alone leave, (values,).
         numbers: the numbers beside it, less the means of their priors, in units of these priors, (numbers,).
     """
 
@@ -81,22 +81,56 @@ def best_discrepancy(program: Program, fit: Fit) -> DiscrepancyEvidence | None:
     nominal, A, centre, spread = linearised(program, fit, here)
     sizes = [len(m) for m in here.misfit]
     fitted = np.concatenate([np.full(n, float(f)) for n, f in zip(sizes, program.fitted, strict=True)])
+    errors = [size * drift if size else drift[:, :0] for size in DRIFT.sizes]
 
     total = 0.0
     for out in deciding(program, sizes):
         test = np.concatenate(out)
-        total += float(test @ _best(nominal, A, drift, columns, fitted * (1.0 - test)).rest ** 2)
-    best = _best(nominal, A, drift, columns, fitted)
+        total += float(test @ _best(nominal, A, errors, columns, fitted * (1.0 - test)).rest ** 2)
+    best = _best(nominal, A, errors, columns, fitted)
     count = max(program.observations(program.fitted), 1)
-    rest = best.rest * fitted
-    inflation = max(1.0, float(rest @ rest) / count) * correlation_factor(
-        np.split(rest, np.cumsum(sizes)[:-1])
-    )
-    bayes = best.bayes / inflation - np.log(len(columns) * len(DISCREPANCY.lengths))
+    bayes = _deflated(program, best, columns, sizes)
     low, high = program.unknowns.low[fit.free], program.unknowns.high[fit.free]
     moved = np.clip(centre + spread * best.numbers, low, high) - fit.u[fit.free]
     left_by_drift = float(best.left_by_drift**2 @ fitted) / count
     return DiscrepancyEvidence(*best.name, float(bayes), total / count, left_by_drift, moved)
+
+
+def discrepancy_beside(program: Program, fit: Fit, errors: Sequence[np.ndarray]) -> float:
+    """Log Bayes factor of the best discrepancy over errors of instruments alone; deflated, less the choice.
+
+    Args:
+        program: program of the campaign.
+        fit: fit of the base model.
+        errors: derivatives of the misfit by errors of unit variance, (values, errors) each. The one of most
+            evidence counts, with the discrepancy and without it.
+    """
+    here = program.evaluate(fit.u, fit.free, near=fit.evaluation)
+    columns, _ = _columns(program, fit, here)
+    if not columns:
+        return 0.0
+    nominal, A, *_ = linearised(program, fit, here)
+    sizes = [len(m) for m in here.misfit]
+    fitted = np.concatenate([np.full(n, float(f)) for n, f in zip(sizes, program.fitted, strict=True)])
+    return _deflated(program, _best(nominal, A, errors, columns, fitted), columns, sizes)
+
+
+def _deflated(
+    program: Program, best: _Best, columns: dict[tuple[str, str], np.ndarray], sizes: Sequence[int]
+) -> float:
+    """Log Bayes factor of a discrepancy beside what it leaves, less the logarithm of the number tried.
+
+    Args:
+        program: program of the campaign.
+        best: the discrepancy.
+        columns: what was tried.
+        sizes: number of values of each recording.
+    """
+    fitted = np.concatenate([np.full(n, float(f)) for n, f in zip(sizes, program.fitted, strict=True)])
+    rest = best.rest * fitted
+    left = float(rest @ rest) / max(program.observations(program.fitted), 1)
+    inflation = max(1.0, left) * correlation_factor(np.split(rest, np.cumsum(sizes)[:-1]))
+    return float(best.bayes / inflation - np.log(len(columns) * len(DISCREPANCY.lengths)))
 
 
 def linearised(
@@ -125,7 +159,7 @@ def linearised(
 def _best(
     nominal: np.ndarray,
     A: np.ndarray,
-    drift: np.ndarray,
+    errors: Sequence[np.ndarray],
     columns: dict[tuple[str, str], np.ndarray],
     w: np.ndarray,
 ) -> _Best:
@@ -134,14 +168,15 @@ def _best(
     Args:
         nominal: misfit with every number at the mean of its prior, to first order, (values,).
         A: its derivatives by these numbers, whose priors are of unit size, (values, numbers).
-        drift: drift of unit size, (values, cosines).
+        errors: derivatives by errors of instruments of unit variance, (values, errors) each. The one of most
+            evidence counts.
         columns: derivatives by values at the knots, (values, knots), by place and driver.
         w: 1 where a value counts, 0 elsewhere.
     """
     sizes = np.array(DISCREPANCY.sizes)
     highest, found, without, left_by_drift = -np.inf, None, -np.inf, nominal
-    for size in DRIFT.sizes:
-        N = np.concatenate([A, size * drift], axis=1) if size else A
+    for error in errors:
+        N = np.concatenate([A, error], axis=1)
         NW = N.T * w
         G = np.linalg.inv(np.eye(N.shape[1]) + NW @ N)
         pull = NW @ nominal

@@ -1,8 +1,11 @@
-"""Evidence that inaccurate instruments explain: static errors, smooth functions of what an instrument reads.
+"""Evidence that inaccurate instruments explain: static errors, and slow drift.
 
-Where nobody states the noise, an instrument may err by up to `ACCURACY` of its range. It errs in the same way
-whenever it reads the same, and its zero may differ between recordings. Such errors are a Gaussian process,
-linear in its numbers. So their evidence beside any fitted model is a closed form.
+Where nobody states the noise, an instrument may err by up to `ACCURACY` of its range. A static error is a
+smooth function of what an instrument reads, and its zero may differ between recordings. Such errors are a
+Gaussian process, linear in its numbers. So their evidence beside any fitted model is a closed form.
+
+Effects are compared with static errors: each has a form of nature's. A discrepancy without a name may have
+any form, so that it is compared with slow drifts as well.
 """
 
 import numpy as np
@@ -13,13 +16,15 @@ from fitting.inference.noise import ACCURACY
 from ..evaluate.inputs import shifted
 from ..evaluate.program import Program
 from ..fit.evidence import evidence, inflation_of
-from ..fit.misfit import range_of
+from ..fit.instrument_drift import cosines, drift_columns
+from ..fit.misfit import accurate, range_of
 from ..fit.refit import Fit
 from ..settings import DEFAULT
-from .discrepancy_evidence import linearised, smooth_factor
+from .discrepancy_evidence import discrepancy_beside, linearised, smooth_factor
 from .locate import hats_at, knots_of
 
 DISCREPANCY = DEFAULT.discrepancy
+EVIDENCE = DEFAULT.evidence
 
 
 def beyond_accuracy(program: Program, base: Fit, named: Fit) -> float:
@@ -47,19 +52,52 @@ def static_gains(program: Program, fit: Fit) -> np.ndarray:
     Returns:
         By what errs, and by sizes up to the accuracy of instruments, (errors, sizes).
     """
-    here = fit.evaluation
-    counts = np.concatenate(
-        [np.full(len(m), float(f)) for m, f in zip(here.misfit, program.fitted, strict=True)]
-    )
-    nominal, A, *_ = linearised(program, fit, here)
+    counts = _counts(program, fit)
+    nominal, A, *_ = linearised(program, fit, fit.evaluation)
     nominal, A = counts * nominal, counts[:, None] * A
-    measured = dict.fromkeys(c.quantity for k in np.flatnonzero(program.fitted) for c in program.channels[k])
-    outputs = [[counts[:, None] * D for D in _errors_of_output(program, fit, name)] for name in measured]
-    inputs = [counts[:, None] * D for D in _errors_of_inputs(program, fit)]
-    together = [np.concatenate([*some, *inputs], axis=1) for some in zip(*outputs, strict=True)]
-    tried = [*(D for some in outputs for D in some), *inputs, *together]
+    single, together = _static_errors(program, fit)
     sizes = np.array(DISCREPANCY.sizes) / DISCREPANCY.sizes[-1]
-    return np.array([_gains(nominal, A, D, sizes) for D in tried])
+    return np.array([_gains(nominal, A, counts[:, None] * D, sizes) for D in [*single, *together]])
+
+
+def excused(program: Program, fit: Fit) -> bool:
+    """True if inaccurate instruments whose noise nobody states may be all that a base model misses."""
+    if not accurate(program, fit):
+        return False
+    return nameless_beyond_accuracy(program, fit) <= EVIDENCE.minimum_settled
+
+
+def nameless_beyond_accuracy(program: Program, fit: Fit) -> float:
+    """Log Bayes factor of a discrepancy over instruments of which one or all err, drift, or both; deflated.
+
+    Args:
+        program: program of the campaign.
+        fit: fit of the base model.
+    """
+    single, together = _static_errors(program, fit)
+    drift = drift_columns(program, fit.evaluation, lambda name: ACCURACY * range_of(program, name))
+    drifts = [drift, *_errors_of_inputs(program, fit, drifting=True)]
+    both = [np.concatenate([D, *drifts], axis=1) for D in together]
+    every = [*single, *together, *drifts, np.concatenate(drifts, axis=1), *both]
+    sizes = np.array(DISCREPANCY.sizes) / DISCREPANCY.sizes[-1]
+    return discrepancy_beside(program, fit, [drift[:, :0], *(size * D for D in every for size in sizes)])
+
+
+def _counts(program: Program, fit: Fit) -> np.ndarray:
+    """Weight of every value: 1 where its recording is fitted, (values,)."""
+    misfit = fit.evaluation.misfit
+    return np.concatenate(
+        [np.full(len(m), float(f)) for m, f in zip(misfit, program.fitted, strict=True)]
+    )
+
+
+def _static_errors(program: Program, fit: Fit) -> tuple[list[np.ndarray], list[np.ndarray]]:
+    """Sensitivities to static errors of one instrument, and of all of them, (values, errors) each."""
+    measured = dict.fromkeys(c.quantity for k in np.flatnonzero(program.fitted) for c in program.channels[k])
+    outputs = [_errors_of_output(program, fit, name) for name in measured]
+    inputs = _errors_of_inputs(program, fit)
+    together = [np.concatenate([*some, *inputs], axis=1) for some in zip(*outputs, strict=True)]
+    return [*(D for some in outputs for D in some), *inputs], together
 
 
 def _gains(nominal: np.ndarray, A: np.ndarray, D: np.ndarray, sizes: np.ndarray) -> np.ndarray:
@@ -115,10 +153,11 @@ def _errors_of_output(program: Program, fit: Fit, quantity: str) -> list[np.ndar
     ]
 
 
-def _errors_of_inputs(program: Program, fit: Fit) -> list[np.ndarray]:
-    """Sensitivities of the misfit to static errors of every measured input, (values, errors) of each.
+def _errors_of_inputs(program: Program, fit: Fit, drifting: bool = False) -> list[np.ndarray]:
+    """Sensitivities of the misfit to errors of every measured input, (values, errors) of each.
 
-    They are as large as its accuracy: a zero of each recording, an error of gain and one of linearity.
+    They are as large as its accuracy: a zero of each recording, an error of gain and one of linearity. An
+    input that drifts has slow cosines of each recording instead.
     """
     still = program.begun(program.stacked, fit.evaluation, fit.u)
     nothing, followed = program.unknowns.base[:0], program.followed(fit.evaluation)
@@ -130,14 +169,18 @@ def _errors_of_inputs(program: Program, fit: Fit) -> list[np.ndarray]:
         changes = [np.nan_to_num(b - a)[None] for a, b in zip(there, other, strict=True)]
         return [(p.projected(c)[0] if p else c)[0] for p, c in zip(followed, changes, strict=True)]
 
+    def of_each_recording(changes: list[np.ndarray]) -> np.ndarray:
+        return block_diag(*(one[:, None] for one in changes))
+
     mask = np.asarray(program.stacked.mask).astype(bool)
+    slow = np.stack([cosines(one) for one in mask], axis=1)
     for name in sorted(still.inputs.keys() - still.measured.keys()):
         values = np.nan_to_num(np.asarray(still.inputs[name]))
         low, high = np.min(values[mask]), np.max(values[mask])
         if high > low:
             place, size = 2.0 * (values - low) / (high - low) - 1.0, ACCURACY * (high - low)
-            shapes = [moved(name, size * place**power) for power in range(3)]
-            zero, *others = shapes
-            own = block_diag(*(one[:, None] for one in zero))
-            found.append(np.concatenate([own, *(np.concatenate(one)[:, None] for one in others)], axis=1))
+            shapes = slow if drifting else [place**power for power in range(3)]
+            zero, *others = [moved(name, size * shape) for shape in shapes]
+            each = of_each_recording if drifting else lambda one: np.concatenate(one)[:, None]
+            found.append(np.concatenate([of_each_recording(zero), *(each(one) for one in others)], axis=1))
     return found

@@ -146,6 +146,7 @@ def _contradicted(conclusion: Conclusion) -> list[str]:
             lead,
             "Nothing that was recorded goes with what is left closely enough to be modelled: the misfit "
             f"of {held} stays at a reduced chi-square of {number(base.reduced_chi2)}.",
+            *_within_accuracy(conclusion, it),
             *repeating(conclusion),
             *in_units(conclusion),
             chance,
@@ -165,16 +166,21 @@ def _contradicted(conclusion: Conclusion) -> list[str]:
 
 
 def _within_accuracy(conclusion: Conclusion, it: str) -> list[str]:
-    """Sentences where names explain a misfit as small as instruments of unstated noise may make it."""
+    """Sentences where a misfit is as small as instruments of unstated noise may make it, and counts."""
     program, base = conclusion.explanation.program, conclusion.explanation.base
-    if not conclusion.named or not accurate(program, base):
+    if not accurate(program, base):
         return []
+    beyond = (
+        f"But no error that depends on a reading alone explains as much as {it}. A drift in time is not "
+        "excluded by that."
+        if conclusion.named
+        else "But errors that depend on readings, and slow drifts, do not explain what it misses."
+    )
     share, most = (number(100.0 * x, ".2g") for x in (relative_error(program, base), ACCURACY))
     return [
         f"The base model misses no output by more than {share} % of its range in a recording "
         "(root mean square).",
-        f"Nobody states the noise, and ordinary instruments are accurate to {most} %. But no error that "
-        f"depends on a reading alone explains as much as {it}. A drift in time is not excluded by that.",
+        f"Nobody states the noise, and ordinary instruments are accurate to {most} %. {beyond}",
     ]
 
 
