@@ -25,9 +25,9 @@ from fitting.diagnose.verdict.instrument_accuracy import (
     _errors_of_inputs,
     _errors_of_output,
     beyond_accuracy,
+    error_gains,
     excused,
     nameless_beyond_accuracy,
-    static_gains,
 )
 from fitting.diagnose.verdict.probabilities import like_accuracy
 
@@ -60,7 +60,7 @@ def test_an_effect_that_no_reading_tells_keeps_nearly_all_of_its_evidence():
     program, base, named = fits(world(), 3.0)
     assert accurate(program, base)
     whole = evidence(program, base, named, inflation_of(program, named))
-    assert beyond_accuracy(program, base, named) > max(0.9 * whole, DEFAULT.evidence.minimum_settled)
+    assert beyond_accuracy(program, base, named) > max(0.85 * whole, DEFAULT.evidence.minimum_settled)
 
 
 @pytest.mark.parametrize(("further", "speaks"), [(0.0, True), (0.5, True), (2.0, False)])
@@ -137,7 +137,7 @@ def test_gains_are_those_of_the_whole_gaussian_model():
 
     expected = [[likelihood(size, D) - likelihood(0.0, D) for size in sizes] for D in errors]
     assert np.max(expected) > 100.0
-    assert static_gains(program, base)[: len(errors)] == pytest.approx(np.array(expected), rel=1e-5, abs=1e-3)
+    assert error_gains(program, base, errors) == pytest.approx(np.array(expected), rel=1e-5, abs=1e-3)
 
 
 def test_an_output_of_which_no_reading_counts_has_no_static_errors():

@@ -1,11 +1,8 @@
 """Evidence that inaccurate instruments explain: static errors, and slow drift.
 
 Where nobody states the noise, an instrument may err by up to `ACCURACY` of its range. A static error is a
-smooth function of what an instrument reads, and its zero may differ between recordings. Such errors are a
-Gaussian process, linear in its numbers. So their evidence beside any fitted model is a closed form.
-
-Effects are compared with static errors: each has a form of nature's. A discrepancy without a name may have
-any form, so that it is compared with slow drifts as well.
+smooth function of what an instrument reads, and its zero may differ between recordings. A drift is slow. Both
+are Gaussian processes, linear in their numbers. So their evidence beside any fitted model is a closed form.
 """
 
 import numpy as np
@@ -25,13 +22,16 @@ from .locate import hats_at, knots_of
 
 DISCREPANCY = DEFAULT.discrepancy
 EVIDENCE = DEFAULT.evidence
+SIZES = np.array(DISCREPANCY.sizes) / DISCREPANCY.sizes[-1]
+"""Sizes of errors, as parts of the accuracy of instruments."""
 
 
 def beyond_accuracy(program: Program, base: Fit, named: Fit) -> float:
-    """Least log Bayes factor of effects beside static errors of instruments of any size; deflated.
+    """Log Bayes factor of effects over instruments of which one or all err, drift, or both; deflated.
 
-    Instruments err alike with the effects and without them. So a static error that explains what the effects
-    explain leaves these no evidence, however simple they are.
+    The errors of most evidence count, with the effects and without them. A static error is the same with
+    them and without. So one that explains what the effects explain leaves these no evidence, however simple
+    they are.
 
     Args:
         program: program of the campaign.
@@ -39,25 +39,25 @@ def beyond_accuracy(program: Program, base: Fit, named: Fit) -> float:
         named: model with them.
     """
     inflation = inflation_of(program, named)
-    explained = np.max(static_gains(program, base) - static_gains(program, named), initial=0.0)
-    return evidence(program, base, named, inflation) - float(explained) / inflation
+    without, beside = (
+        [error_gains(program, fit, errors) for errors in _errors(program, fit)] for fit in (base, named)
+    )
+    same = np.max(without[0] - beside[0], initial=0.0)
+    least, most = (max(float(np.max(gains, initial=0.0)) for gains in each) for each in (beside, without))
+    return evidence(program, base, named, inflation) - max(float(same), most - least) / inflation
 
 
-def static_gains(program: Program, fit: Fit) -> np.ndarray:
-    """Log-evidence that static errors add to a fitted model, its numbers following; not deflated.
-
-    One instrument errs, or all do. An output errs over any of the distances of a discrepancy. An input has an
-    error of zero, of gain and of linearity.
+def error_gains(program: Program, fit: Fit, errors: list[np.ndarray]) -> np.ndarray:
+    """Log-evidence that errors of instruments add to a fitted model, its numbers following; not deflated.
 
     Returns:
         By what errs, and by sizes up to the accuracy of instruments, (errors, sizes).
     """
-    counts = _counts(program, fit)
+    misfit = fit.evaluation.misfit
+    counts = np.concatenate([np.full(len(m), float(f)) for m, f in zip(misfit, program.fitted, strict=True)])
     nominal, A, *_ = linearised(program, fit, fit.evaluation)
     nominal, A = counts * nominal, counts[:, None] * A
-    single, together = _static_errors(program, fit)
-    sizes = np.array(DISCREPANCY.sizes) / DISCREPANCY.sizes[-1]
-    return np.array([_gains(nominal, A, counts[:, None] * D, sizes) for D in [*single, *together]])
+    return np.array([_gains(nominal, A, counts[:, None] * D, SIZES) for D in errors])
 
 
 def excused(program: Program, fit: Fit) -> bool:
@@ -74,30 +74,29 @@ def nameless_beyond_accuracy(program: Program, fit: Fit) -> float:
         program: program of the campaign.
         fit: fit of the base model.
     """
-    single, together = _static_errors(program, fit)
-    drift = drift_columns(program, fit.evaluation, lambda name: ACCURACY * range_of(program, name))
-    drifts = [drift, *_errors_of_inputs(program, fit, drifting=True)]
-    both = [np.concatenate([D, *drifts], axis=1) for D in together]
-    every = [*single, *together, *drifts, np.concatenate(drifts, axis=1), *both]
-    sizes = np.array(DISCREPANCY.sizes) / DISCREPANCY.sizes[-1]
-    return discrepancy_beside(program, fit, [drift[:, :0], *(size * D for D in every for size in sizes)])
+    static, drifting = _errors(program, fit)
+    every = [*static, *drifting]
+    return discrepancy_beside(program, fit, [every[0][:, :0], *(size * D for D in every for size in SIZES)])
 
 
-def _counts(program: Program, fit: Fit) -> np.ndarray:
-    """Weight of every value: 1 where its recording is fitted, (values,)."""
-    misfit = fit.evaluation.misfit
-    return np.concatenate(
-        [np.full(len(m), float(f)) for m, f in zip(misfit, program.fitted, strict=True)]
-    )
+def _errors(program: Program, fit: Fit) -> tuple[list[np.ndarray], list[np.ndarray]]:
+    """Sensitivities to errors of one instrument or of all, as large as their accuracy, (values, errors) each.
 
+    An output errs statically over any of the distances of a discrepancy. An input has an error of zero, of
+    gain and of linearity.
 
-def _static_errors(program: Program, fit: Fit) -> tuple[list[np.ndarray], list[np.ndarray]]:
-    """Sensitivities to static errors of one instrument, and of all of them, (values, errors) each."""
+    Returns:
+        Static errors. Then drifts, alone and beside static errors of all.
+    """
     measured = dict.fromkeys(c.quantity for k in np.flatnonzero(program.fitted) for c in program.channels[k])
     outputs = [_errors_of_output(program, fit, name) for name in measured]
     inputs = _errors_of_inputs(program, fit)
     together = [np.concatenate([*some, *inputs], axis=1) for some in zip(*outputs, strict=True)]
-    return [*(D for some in outputs for D in some), *inputs], together
+    drift = drift_columns(program, fit.evaluation, lambda name: ACCURACY * range_of(program, name))
+    drifts = [drift, *_errors_of_inputs(program, fit, drifting=True)]
+    whole = np.concatenate(drifts, axis=1)
+    both = [np.concatenate([D, whole], axis=1) for D in together]
+    return [*(D for some in outputs for D in some), *inputs, *together], [*drifts, whole, *both]
 
 
 def _gains(nominal: np.ndarray, A: np.ndarray, D: np.ndarray, sizes: np.ndarray) -> np.ndarray:

@@ -171,8 +171,7 @@ def _within_accuracy(conclusion: Conclusion, it: str) -> list[str]:
     if not accurate(program, base):
         return []
     beyond = (
-        f"But no error that depends on a reading alone explains as much as {it}. A drift in time is not "
-        "excluded by that."
+        f"But no error that depends on a reading, and no slow drift, explains as much as {it}."
         if conclusion.named
         else "But errors that depend on readings, and slow drifts, do not explain what it misses."
     )
