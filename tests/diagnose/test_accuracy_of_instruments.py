@@ -95,7 +95,7 @@ def test_what_depends_on_the_past_and_leaves_only_noise_is_no_inaccuracy_of_inst
     assert found.mismatch and [f.slug for f in found.found] == ["mullins_softening"]
     said = " ".join(verdict_sentences(found))
     assert "it misses no output" not in said and "The base model misses no output by more than 0." in said
-    assert "no error that depends on a reading alone explains as much as it" in said
+    assert "no error that depends on a reading, and no slow drift, explains as much as it" in said
 
 
 def test_the_same_misfit_is_judged_where_the_noise_is_stated(tmp_path):

@@ -13,7 +13,7 @@ from ..search.pool import without
 from ..search.steps import Explanation, Named
 from ..settings import DEFAULT
 from .held_out import Scores
-from .instrument_accuracy import beyond_accuracy
+from .instrument_accuracy import beyond_accuracy, excused
 from .probabilities import effects_found
 from .refusals import needless, refused
 
@@ -26,7 +26,8 @@ def accepted(explanation: Explanation, scores: Scores) -> tuple[Explanation, lis
 
     The effect goes first whose absence costs the fit least. The others are weighed anew. All go where the
     base model is as accurate as instruments are whose noise nobody states, unless instruments would not err
-    like that. This is asked again of effects that stay when others went.
+    like that: with these effects, or with a discrepancy of any form. This is asked again of effects that stay
+    when others went.
 
     Args:
         explanation: result of a search; it is not changed.
@@ -38,7 +39,7 @@ def accepted(explanation: Explanation, scores: Scores) -> tuple[Explanation, lis
     said, program = [], explanation.program
     close = accurate(program, explanation.base)
     while explanation.final.slugs:
-        if close and not beyond_instruments(explanation):
+        if close and not beyond_instruments(explanation) and excused(program, explanation.base):
             said.append(needless([one.sized for one in effects_found(explanation, 0.0)]))
             return _with_names_of(explanation, explanation.base), said
         before, after = scores.held_out(explanation)

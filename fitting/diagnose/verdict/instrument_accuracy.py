@@ -22,8 +22,6 @@ from .locate import hats_at, knots_of
 
 DISCREPANCY = DEFAULT.discrepancy
 EVIDENCE = DEFAULT.evidence
-SIZES = np.array(DISCREPANCY.sizes) / DISCREPANCY.sizes[-1]
-"""Sizes of errors, as parts of the accuracy of instruments."""
 
 
 def beyond_accuracy(program: Program, base: Fit, named: Fit) -> float:
@@ -57,7 +55,7 @@ def error_gains(program: Program, fit: Fit, errors: list[np.ndarray]) -> np.ndar
     counts = np.concatenate([np.full(len(m), float(f)) for m, f in zip(misfit, program.fitted, strict=True)])
     nominal, A, *_ = linearised(program, fit, fit.evaluation)
     nominal, A = counts * nominal, counts[:, None] * A
-    return np.array([_gains(nominal, A, counts[:, None] * D, SIZES) for D in errors])
+    return np.array([_gains(nominal, A, counts[:, None] * D, _sizes()) for D in errors])
 
 
 def excused(program: Program, fit: Fit) -> bool:
@@ -75,8 +73,8 @@ def nameless_beyond_accuracy(program: Program, fit: Fit) -> float:
         fit: fit of the base model.
     """
     static, drifting = _errors(program, fit)
-    every = [*static, *drifting]
-    return discrepancy_beside(program, fit, [every[0][:, :0], *(size * D for D in every for size in SIZES)])
+    sized = [size * D for D in [*static, *drifting] for size in _sizes()]
+    return discrepancy_beside(program, fit, [sized[0][:, :0], *sized])
 
 
 def _errors(program: Program, fit: Fit) -> tuple[list[np.ndarray], list[np.ndarray]]:
@@ -97,6 +95,11 @@ def _errors(program: Program, fit: Fit) -> tuple[list[np.ndarray], list[np.ndarr
     whole = np.concatenate(drifts, axis=1)
     both = [np.concatenate([D, whole], axis=1) for D in together]
     return [*(D for some in outputs for D in some), *inputs, *together], [*drifts, whole, *both]
+
+
+def _sizes() -> np.ndarray:
+    """Sizes of errors, as parts of the accuracy of instruments."""
+    return np.array(DISCREPANCY.sizes) / DISCREPANCY.sizes[-1]
 
 
 def _gains(nominal: np.ndarray, A: np.ndarray, D: np.ndarray, sizes: np.ndarray) -> np.ndarray:

@@ -238,12 +238,13 @@ def effects_found(
 
 
 def like_accuracy(explanation: Explanation, one_out: LeaveOneOutEvidence) -> bool:
-    """True if static errors of instruments of unstated noise explain one effect of several.
+    """True if errors of instruments of unstated noise explain an effect.
 
-    A set may be clear of such errors while one of its effects, beside the others, is not.
+    A set may be clear of such errors while one of its effects, beside the others, is not. Or a discrepancy is
+    clear of them, and the effect is not.
     """
     program = explanation.program
-    if not one_out.base.slugs or not accurate(program, explanation.base):
+    if not accurate(program, explanation.base):
         return False
     return bool(beyond_accuracy(program, one_out.base, one_out.own.fit) < EVIDENCE.minimum_settled)
 
