@@ -70,11 +70,20 @@ def test_the_part_of_it_that_predicts_better_stays():
 def test_what_stays_of_a_set_is_asked_again_if_instruments_explain_it(monkeypatch):
     """Two effects explain more than inaccurate instruments do. The one that stays does not."""
     monkeypatch.setattr(accept, "accurate", lambda *_: True)
+    monkeypatch.setattr(accept, "excused", lambda *_: True)
     monkeypatch.setattr(accept, "beyond_instruments", lambda found: len(found.final.slugs) > 1)
     monkeypatch.setattr(accept, "effects_found", lambda found, _: [SimpleNamespace(sized=s) for s in found.final.slugs])
     found, said = explained((-6.0, 3.5))
     assert found.final.slugs == () and len(said) == 2
     assert said[1].startswith(f"{DELAY} explains some of what the base model misses")
+
+
+def test_effects_stay_where_instruments_do_not_excuse_the_base_model(monkeypatch):
+    monkeypatch.setattr(accept, "accurate", lambda *_: True)
+    monkeypatch.setattr(accept, "excused", lambda *_: False)
+    monkeypatch.setattr(accept, "beyond_instruments", lambda _: False)
+    found, said = explained((2.0, 4.0))
+    assert set(found.final.slugs) == {CONSTANT, DELAY} and not said
 
 
 def test_a_set_that_predicts_better_stays():
