@@ -10,7 +10,7 @@ from jax.ad_checkpoint import checkpoint_name
 from jaxtyping import Array, Bool, Float, Int
 
 from ..nitinol import SpringResponse
-from ..nitinol.spring import MartensiteFraction
+from ..nitinol.spring import MartensiteFraction, Resistance
 from ..numerics.safe import as_array, frozen, is_concrete, namespace_of, safe_norm
 from . import Actuator
 from .balance import (
@@ -33,6 +33,11 @@ MOST_SUCTION = 10.0
 and springs stiffen a tube, by less than this. PneuSMA2 buckles at 1.9 kPa by that formula."""
 
 
+OTHER_SPRING = 2.0
+"""Ratio of a measured resistance to that of its spring, or its inverse, from which it belongs to no such
+spring [1]. Phase and strain change the resistance of the shipped designs' springs by less than 14 %."""
+
+
 class Status(enum.IntEnum):
     """Outcome of one row; `sentence` says it in words. The first two have a result."""
 
@@ -44,6 +49,7 @@ class Status(enum.IntEnum):
     beyond_wire = 5
     fraction_out_of_range = 6
     flattened = 7
+    resistance_out_of_range = 8
 
     @property
     def sentence(self) -> str:
@@ -67,6 +73,9 @@ _SENTENCES = {
     Status.collapsed: "Force and moment only balance with a side shorter than 5 % of its length.",
     Status.beyond_wire: "Force and moment only balance with a spring longer than its wire.",
     Status.fraction_out_of_range: "A martensite fraction is not between 0 and 1.",
+    Status.resistance_out_of_range: (
+        "A measured resistance is more than twice what its spring has in that state, or less than half."
+    ),
     Status.flattened: "The pressure is so far below ambient that the wall would be sucked flat.",
 }
 
@@ -218,6 +227,7 @@ def equilibrium_of(
         status = _first_of({
             Status.input_not_finite: ~finite,
             Status.fraction_out_of_range: _out_of_range(problem),
+            Status.resistance_out_of_range: _no_resistance_of_it(row, shown),
             Status.no_equilibrium: ~(real & (size < BALANCED)),
             Status.collapsed: slimmest < SHORTEST,
             Status.beyond_wire: _straight(actuator, elongations),
@@ -268,6 +278,16 @@ def _out_of_range(problem: Problem) -> Array:
     """True if a given fraction is not between 0 and 1."""
     given = [a.value for a in problem.activations if isinstance(a, MartensiteFraction)]
     wrong = [(value < 0.0) | (value > 1.0) for value in given]
+    return jnp.any(jnp.stack(wrong)) if wrong else jnp.asarray(False)
+
+
+def _no_resistance_of_it(problem: Problem, springs: tuple[SpringResponse, ...]) -> Array:
+    """True if a measured resistance is far from that of its spring, as the equilibrium has it."""
+    wrong = [
+        (a.value > OTHER_SPRING * spring.resistance) | (OTHER_SPRING * a.value < spring.resistance)
+        for a, spring in zip(problem.activations, springs, strict=True)
+        if isinstance(a, Resistance)
+    ]
     return jnp.any(jnp.stack(wrong)) if wrong else jnp.asarray(False)
 
 

@@ -127,7 +127,8 @@ def check_places(
     fibre: Array | None,
     dimensions: SpringGeometry,
 ) -> None:
-    """Refuse springs that overlap and positions off the wall. Traced numbers are not examined.
+    """Refuse springs that overlap or enclose the body, and positions off the wall. Traced numbers are not
+    examined.
 
     Raises:
         ValueError: in one sentence that names the spring.
@@ -136,6 +137,12 @@ def check_places(
         return
     coil = float(as_numpy(dimensions).coil_diameter) + float(dimensions.wire_diameter)
     places, numbers = np.asarray(springs), arrangement.spring_numbers
+    width = 2.0 * float(section.radius)
+    if numbers and coil > width:
+        raise ValueError(
+            f"A spring's coil must be narrower than the body, whose width is {width * 1e3:.3g} mm, but it is "
+            f"{coil * 1e3:.3g} mm wide."
+        )
     for i in range(len(numbers)):
         for j in range(i):
             gap = float(np.linalg.norm(places[i] - places[j]))

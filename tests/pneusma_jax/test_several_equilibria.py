@@ -240,6 +240,23 @@ def test_what_cannot_be_has_a_status_inside_of_a_program():
     assert int(status(1e-3, -30e3, 1.0)) == pj.Status.flattened
 
 
+def test_a_resistance_of_no_such_spring_has_a_status():
+    body = pj.make_actuator("pneusma1")
+    kept = float(pj.solve(body, 20e3).springs[0].resistance)
+    measured = pj.Resistance(np.array([kept, 1.2 * kept, 1e300, 0.1 * kept]))
+    found = pj.solve_batch(body, np.full(4, 20e3), (measured,))
+    assert list(found.status[:2]) == [0, 0] and bool(found.springs[0].clipped[1])
+    assert list(found.status[2:]) == [pj.Status.resistance_out_of_range] * 2
+    assert np.all(np.isnan(found.curvature[2:])) and np.all(np.isfinite(found.curvature[:2]))
+    with pytest.raises(RuntimeError, match="more than twice what its spring has"):
+        pj.solve(body, 20e3, (pj.Resistance(1e300),))
+
+
+def test_a_coil_that_encloses_the_body_is_refused():
+    with pytest.raises(ValueError, match="narrower than the body, whose width is 10 mm, but it is 50.2 mm wide"):
+        pj.make_actuator("pneusma1", mandrel_diameter=49.7e-3)
+
+
 def test_pressures_that_cannot_be_have_a_status():
     usual = pj.make_actuator("pneusma1")
     found = [pj.Status(int(pj.solve(usual, p, throw=False).status)) for p in (-500.0, -30e3)]
