@@ -161,3 +161,14 @@ def test_every_function_that_a_page_names_exists(page):
                 found = importlib.import_module(f"{found.__name__}.{part}")
             else:
                 found = getattr(found, part)
+
+
+@pytest.mark.slow
+def test_the_examples_of_the_page_run():
+    blocks = re.findall(r"```python\n(.*?)```", (ROOT / "docs" / "model.md").read_text(), re.S)
+    assert len(blocks) == 2
+    found = {}
+    exec("\n".join(blocks), found)
+    assert list(found["rows"].status) == [0, 0, pj.Status.flattened]
+    assert bool(np.all(found["history"].converged)) and bool(found["chain"].converged)
+    assert found["history"].rows.curvature[0] != found["history"].rows.curvature[-1]  # it remembers the heat
