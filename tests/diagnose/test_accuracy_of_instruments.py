@@ -98,6 +98,20 @@ def test_what_depends_on_the_past_and_leaves_only_noise_is_no_inaccuracy_of_inst
     assert "no error that depends on a reading, and no slow drift, explains as much as it" in said
 
 
+def test_a_discrepancy_that_no_instrument_makes_is_said_to_be_none(tmp_path):
+    """A stress that depends on the direction of the strain alone, by 0.3 % of its range; no effect is asked for."""
+    back = lambda strain: 0.5 * (np.gradient(strain) < 0.0) * np.sin(8.0 * strain)  # noqa: E731
+    made = [course([0.6, 0.3, 0.6])] * 2
+    for k, strain in enumerate(made):
+        stress = curve(strain) + back(strain) + QUIET * np.random.default_rng(k).standard_normal(len(strain))
+        put(tmp_path / "c", f"pull_{k}", strain, stress, UNSTATED.format(role="fit"))
+    found = diagnose(read_campaign(tmp_path / "c"), asked=[])
+    assert accurate(found.explanation.program, found.explanation.base)
+    said = " ".join(verdict_sentences(found))
+    assert found.mismatch and found.found[0].slug == "unmodelled"
+    assert "errors that depend on readings, and slow drifts, do not explain what it misses" in said
+
+
 def test_the_same_misfit_is_judged_where_the_noise_is_stated(tmp_path):
     assert diagnose(pulls(tmp_path / "c", 0.5, SIDECAR)).mismatch
 

@@ -17,6 +17,7 @@ from ..fit.misfit import accurate, relative_error
 from ..settings import DEFAULT
 from .conclusion import Conclusion
 from .exchangeable import Exchange
+from .instrument_accuracy import beyond_accuracy
 from .misfit_text import (
     by_chance,
     chance_of,
@@ -30,6 +31,7 @@ from .misfit_text import (
 )
 from .probabilities import UNMODELLED
 
+EVIDENCE = DEFAULT.evidence
 PROBABILITY = DEFAULT.probability
 
 
@@ -170,11 +172,10 @@ def _within_accuracy(conclusion: Conclusion, it: str) -> list[str]:
     program, base = conclusion.explanation.program, conclusion.explanation.base
     if not accurate(program, base):
         return []
-    beyond = (
-        f"But no error that depends on a reading, and no slow drift, explains as much as {it}."
-        if conclusion.named
-        else "But errors that depend on readings, and slow drifts, do not explain what it misses."
-    )
+    beyond = "But errors that depend on readings, and slow drifts, do not explain what it misses."
+    final = conclusion.explanation.final
+    if conclusion.named and beyond_accuracy(program, base, final) > EVIDENCE.minimum_settled:
+        beyond = f"But no error that depends on a reading, and no slow drift, explains as much as {it}."
     share, most = (number(100.0 * x, ".2g") for x in (relative_error(program, base), ACCURACY))
     return [
         f"The base model misses no output by more than {share} % of its range in a recording "
