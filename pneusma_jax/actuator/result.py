@@ -20,6 +20,7 @@ from .balance import (
     configuration,
     freedoms,
     joint_residual,
+    measured,
     spring_responses,
     zeros_for_nan,
 )
@@ -227,7 +228,7 @@ def equilibrium_of(
         status = _first_of({
             Status.input_not_finite: ~finite,
             Status.fraction_out_of_range: _out_of_range(problem),
-            Status.resistance_out_of_range: _no_resistance_of_it(row, shown),
+            Status.resistance_out_of_range: _no_resistance_of_it(row, shown, held),
             Status.no_equilibrium: ~(real & (size < BALANCED)),
             Status.collapsed: slimmest < SHORTEST,
             Status.beyond_wire: _straight(actuator, elongations),
@@ -281,12 +282,19 @@ def _out_of_range(problem: Problem) -> Array:
     return jnp.any(jnp.stack(wrong)) if wrong else jnp.asarray(False)
 
 
-def _no_resistance_of_it(problem: Problem, springs: tuple[SpringResponse, ...]) -> Array:
-    """True if a measured resistance is far from that of its spring, as the equilibrium has it."""
+def _no_resistance_of_it(
+    problem: Problem, springs: tuple[SpringResponse, ...], held: Array | None
+) -> Array:
+    """True if a measured resistance is far from that of its spring, as the equilibrium has it.
+
+    A spring whose fraction is given, as those of the grid of starts, does not have to have the resistance.
+    """
+    free = jnp.ones(len(measured(problem)), bool) if held is None else ~held
+    pairs = zip(problem.activations, springs, strict=True)
+    read = [(a.value, spring.resistance) for a, spring in pairs if isinstance(a, Resistance)]
     wrong = [
-        (a.value > OTHER_SPRING * spring.resistance) | (OTHER_SPRING * a.value < spring.resistance)
-        for a, spring in zip(problem.activations, springs, strict=True)
-        if isinstance(a, Resistance)
+        free[j] & ((value > OTHER_SPRING * ohms) | (OTHER_SPRING * value < ohms))
+        for j, (value, ohms) in enumerate(read)
     ]
     return jnp.any(jnp.stack(wrong)) if wrong else jnp.asarray(False)
 
