@@ -81,7 +81,7 @@ def best_discrepancy(program: Program, fit: Fit) -> DiscrepancyEvidence | None:
     nominal, A, centre, spread = linearised(program, fit, here)
     sizes = [len(m) for m in here.misfit]
     fitted = np.concatenate([np.full(n, float(f)) for n, f in zip(sizes, program.fitted, strict=True)])
-    errors = [size * drift if size else drift[:, :0] for size in DRIFT.sizes]
+    errors = [(drift, DRIFT.sizes)]
 
     total = 0.0
     for out in deciding(program, sizes):
@@ -96,14 +96,16 @@ def best_discrepancy(program: Program, fit: Fit) -> DiscrepancyEvidence | None:
     return DiscrepancyEvidence(*best.name, float(bayes), total / count, left_by_drift, moved)
 
 
-def discrepancy_beside(program: Program, fit: Fit, errors: Sequence[np.ndarray]) -> float:
+def discrepancy_beside(
+    program: Program, fit: Fit, errors: Sequence[tuple[np.ndarray, Sequence[float]]]
+) -> float:
     """Log Bayes factor of the best discrepancy over errors of instruments alone; deflated, less the choice.
 
     Args:
         program: program of the campaign.
         fit: fit of the base model.
-        errors: derivatives of the misfit by errors of unit variance, (values, errors) each. The one of most
-            evidence counts, with the discrepancy and without it.
+        errors: derivatives of the misfit by errors of unit variance, (values, errors) each, and sizes that
+            are tried of them. The errors of most evidence count, with the discrepancy and without it.
     """
     here = program.evaluate(fit.u, fit.free, near=fit.evaluation)
     columns, _ = _columns(program, fit, here)
@@ -159,7 +161,7 @@ def linearised(
 def _best(
     nominal: np.ndarray,
     A: np.ndarray,
-    errors: Sequence[np.ndarray],
+    errors: Sequence[tuple[np.ndarray, Sequence[float]]],
     columns: dict[tuple[str, str], np.ndarray],
     w: np.ndarray,
 ) -> _Best:
@@ -168,37 +170,41 @@ def _best(
     Args:
         nominal: misfit with every number at the mean of its prior, to first order, (values,).
         A: its derivatives by these numbers, whose priors are of unit size, (values, numbers).
-        errors: derivatives by errors of instruments of unit variance, (values, errors) each. The one of most
-            evidence counts.
+        errors: derivatives by errors of instruments of unit variance, (values, errors) each, and sizes that
+            are tried of them. The errors of most evidence count.
         columns: derivatives by values at the knots, (values, knots), by place and driver.
         w: 1 where a value counts, 0 elsewhere.
     """
     sizes = np.array(DISCREPANCY.sizes)
     highest, found, without, left_by_drift = -np.inf, None, -np.inf, nominal
-    for error in errors:
+    own = {name: ((B.T * w) @ B, (B.T * w) @ nominal) for name, B in columns.items()}
+    for error, tried in errors:
         N = np.concatenate([A, error], axis=1)
         NW = N.T * w
-        G = np.linalg.inv(np.eye(N.shape[1]) + NW @ N)
-        pull = NW @ nominal
-        alone = 0.5 * (pull @ G @ pull + np.linalg.slogdet(G)[1])
-        if alone > without:
-            without, left_by_drift = alone, nominal - N @ (G @ pull)
-        for name, B in columns.items():
-            BW = B.T * w
-            across = BW @ N
-            M = BW @ B - across @ G @ across.T
-            v = BW @ nominal - across @ G @ pull
-            for smooth in DISCREPANCY.lengths:
-                L = smooth_factor(B.shape[1], smooth)
-                values, vectors = np.linalg.eigh(L.T @ M @ L)
-                gain = np.maximum(values, 0.0) * sizes[:, None] ** 2
-                seen = (vectors.T @ (L.T @ v)) ** 2 * sizes[:, None] ** 2
-                evidence = 0.5 * np.sum(seen / (1.0 + gain) - np.log1p(gain), axis=1)
-                k = int(np.argmax(evidence))
-                if alone + evidence[k] > highest:
-                    highest, found = alone + evidence[k], (name, N, sizes[k] * B @ L)
-    name, *parts = found
-    N = np.concatenate(parts, axis=1)
+        products, pulls = NW @ N, NW @ nominal  # once for all sizes
+        beside = {name: (B.T * w) @ N for name, B in columns.items()}
+        for size in tried:
+            scale = np.concatenate([np.ones(A.shape[1]), np.full(error.shape[1], size)])
+            G = np.linalg.inv(np.eye(len(scale)) + scale[:, None] * products * scale)
+            pull = scale * pulls
+            alone = 0.5 * (pull @ G @ pull + np.linalg.slogdet(G)[1])
+            if alone > without:
+                without, left_by_drift = alone, nominal - N @ (scale * (G @ pull))
+            for name, B in columns.items():
+                across = beside[name] * scale
+                M = own[name][0] - across @ G @ across.T
+                v = own[name][1] - across @ G @ pull
+                for smooth in DISCREPANCY.lengths:
+                    L = smooth_factor(B.shape[1], smooth)
+                    values, vectors = np.linalg.eigh(L.T @ M @ L)
+                    gain = np.maximum(values, 0.0) * sizes[:, None] ** 2
+                    seen = (vectors.T @ (L.T @ v)) ** 2 * sizes[:, None] ** 2
+                    evidence = 0.5 * np.sum(seen / (1.0 + gain) - np.log1p(gain), axis=1)
+                    k = int(np.argmax(evidence))
+                    if alone + evidence[k] > highest:
+                        highest, found = alone + evidence[k], (name, N, scale, sizes[k] * B @ L)
+    name, N, scale, discrepancy = found
+    N = np.concatenate([N * scale, discrepancy], axis=1)
     NW = N.T * w
     x = np.linalg.solve(np.eye(N.shape[1]) + NW @ N, NW @ nominal)
     numbers = -x[: A.shape[1]]  # the misfit is what the model gives less what was measured

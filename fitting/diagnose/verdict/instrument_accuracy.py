@@ -73,8 +73,8 @@ def nameless_beyond_accuracy(program: Program, fit: Fit) -> float:
         fit: fit of the base model.
     """
     static, drifting = _errors(program, fit)
-    sized = [size * D for D in [*static, *drifting] for size in _sizes()]
-    return discrepancy_beside(program, fit, [sized[0][:, :0], *sized])
+    sizes = (0.0, *_sizes())
+    return discrepancy_beside(program, fit, [(D, sizes) for D in [*static, *drifting]])
 
 
 def _errors(program: Program, fit: Fit) -> tuple[list[np.ndarray], list[np.ndarray]]:
